@@ -19,10 +19,10 @@ from chladni.design.evaluate import (
     evaluate,
     evaluate_in_full,
 )
-from chladni.design.front import GOALS, Entry, front_of
-from chladni.design.last_boards import boards_more, draws_in, expected_s
+from chladni.design.front import GOALS, Design, Entry, front_of
+from chladni.design.last_boards import boards_in, boards_more, draws_in, expected_s
 from chladni.design.layouts import Layout
-from chladni.design.search import Design, design
+from chladni.design.search import design
 from chladni.design.spec import spec_of
 from chladni.design.variables import filled
 from chladni.drives.methods import SEED
@@ -146,10 +146,11 @@ def test_more_boards_go_on_from_fewer_and_time_ends_a_search(
     ((count, draws, seconds),) = last
     assert count >= len(found.front)
     assert draws == found.draws == 1
-    said = _extent(found, few, 32, 0.0)
+    said = _extent(found, few, 32, 0.0, kept)
     assert said.startswith(f"Time was up after {found.evaluations} of 7 boards")
+    assert f"The same command goes on from {kept}" in said
     assert "1 drawn boards each in place of 32" in said
-    assert not _extent(found, few, 1, None)
+    assert not _extent(found, few, 1, None, kept)
     assert 0.0 < seconds < found.seconds
     boards = kept.read_text(encoding="utf-8").count('"board ')
     more = design(spec_of(small()), jobs=1, samples=1, partial_file=kept)
@@ -165,15 +166,23 @@ def test_time_to_compare_the_last_boards_is_kept_back() -> None:
     spec = spec_of(small(design={"samples": 4}))
     assert boards_more(spec, 32) == 32
     assert expected_s(spec, 32, 4, [2.0, 3.0, 30.0], 2) == pytest.approx(3.0 * 8.0 * 2.0)
-    assert expected_s(spec, 1, 3, [2.0], 1) == pytest.approx(6.0)
+    # With no more draws than in the search a board of the end takes two of them.
+    assert expected_s(spec, 1, 3, [2.0], 1) == pytest.approx(12.0)
 
 
 def test_short_of_time_the_last_boards_get_fewer_draws() -> None:
-    """Four boards with four draws each take 12 s here: 24 s are enough for eight."""
+    """Four boards with four draws each take 24 s here: 30 s are enough for eight."""
     spec = spec_of(small(design={"samples": 4}))
-    for left_s, draws in ((24.0, 8), (1000.0, 32), (0.0, 4), (-5.0, 4)):
+    for left_s, draws in ((30.0, 8), (1000.0, 32), (0.0, 4), (-5.0, 4)):
         assert draws_in(left_s, spec, 32, 4, [3.0], 1) == draws
     assert draws_in(0.0, spec, 1, 4, [3.0], 1) == 1
+
+
+def test_a_search_looks_at_what_its_time_has_room_for() -> None:
+    """Of a round that does not fit, too, it looks at as many boards as do."""
+    assert boards_in(10.0, [3.0, 3.0, 4.0], 2) == 6
+    assert boards_in(-1.0, [3.0], 2) == 0
+    assert boards_in(float("inf"), [3.0], 2) is None
 
 
 def test_what_finger_um_took_off_a_score_is_told(tmp_path: Path, chladni: CommandLine) -> None:

@@ -100,6 +100,15 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         small(design={"coils": 9}, electronics={"drive": "bridge", "chip": "esp32s3"}),
         "take 8 coils, or drive = 'switch' on an ESP32",
     ),
+    "more pins than coils": (
+        small(electronics={"pwm_pins": [2, 4, 5]}),
+        "electronics.pwm_pins: expected 2 pins, one per coil, got [2, 4, 5]; leave the key out",
+    ),
+    "more pins than given coils": (
+        small(actuators=[{"name": "a", "at_mm": [0.0, 0.0]}], design={"coils": None},
+              plate={"thickness_mm": "free"}, electronics={"pwm_pins": [2, 4]}),
+        "electronics.pwm_pins: expected 1 pin, one per coil",
+    ),
     "how many": (small(design={"coils": None}), "design.coils"),
     "coils given": (small(actuators=[{"name": "a", "at_mm": [0.0, 0.0]}],
                           plate={"thickness_mm": "free"}), "actuators are given"),
@@ -111,6 +120,9 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "centimetres": (small(plate={"size_mm": [1.4, 2.0]}), "centimetres? these are millimetres"),
     "weights": (small(design={"weights": {"loudness": 1.0}}), "design.weights.loudness"),
     "misspelt": (small(design={"evaluation": 5}), "evaluations"),
+    "of [design]": (small(plate={"coils": 5}),
+                    "plate.coils: expected a known key: this one goes into [design], got 5"),
+    "of a board": (small(design={"supply_v": 5.0}), "this one goes into [electronics]"),
     "material": (small(plate={"material": "wood"}), "plate.material"),
     "missing block": (small() | {"plate": {}}, "plate.size_mm"),
 }  # fmt: skip
@@ -221,7 +233,9 @@ def test_a_board_carries_what_it_was_searched_for(
 ) -> None:
     spec = spec_of(small(design={"weights": weights}))
     found = completed_board(document_of(spec, [], [(0.0, -8.0), (0.0, 8.0)]))
-    written = tomllib.loads(board_file(found).decode())
+    text = board_file(found, ["Own."]).decode()
+    assert text.startswith("# Own.\n# A key that is not here has its default: ")
+    written = tomllib.loads(text)
     assert {"focus", "fingers"} & written.keys() == blocks
     assert default_objective(board_from_document(written)) == "focus"
 

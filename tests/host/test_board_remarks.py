@@ -8,13 +8,17 @@ from pathlib import Path
 
 import pytest
 
-from chladni.host.cli.common.board_reports import say_leftovers, say_of_coils
+from chladni.design.spec import spec_of
+from chladni.host.cli.common.board_reports import actuator_rows, say_leftovers, say_of_coils
+from chladni.host.cli.design import _say_first
+from chladni.host.manufacture.drawing import Text, board_drawing
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.fingers import SeveralFingers
-from chladni.sim.board.parts import Spring
+from chladni.sim.board.parts import Measured, Spring
 from chladni.sim.board.writing import board_file
 from conftest import CommandLine, shipped_board
+from made_specs import small
 
 Change = Callable[[Board], Board]
 
@@ -126,3 +130,32 @@ def test_a_panel_whose_pixels_are_long_is_remarked_on(capsys: pytest.CaptureFixt
     assert "a pixel of the panel" not in capsys.readouterr().err
     say_leftovers(with_swapped_pixels(board), [])
     assert "a pixel of the panel is 0.033 × 0.14 mm" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("several", "words"), [(True, "a finger moves less"), (False, "a focus")])
+def test_a_stiff_panel_is_told_before_a_search_by_what_the_board_is_for(
+    several: bool, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    panel = {"place": "on", "film_mm": 0.3, "pixels": [320, 480]}
+    weights = {"fingers_2_db": 1.0} if several else None
+    _say_first(spec_of(small(panel=panel, design={"weights": weights})), 1, 1)
+    assert f"times as stiff: {words}" in capsys.readouterr().err
+
+
+def test_a_hole_is_told_as_it_is_cut_too(capsys: pytest.CaptureFixture[str]) -> None:
+    """The file has a magnet's radius, and the drawing's list what clears it."""
+    board = shipped_board("phone5")
+    say_of_coils(board)
+    assert "⌀6 (coil_cut_out_mm is a radius; cut ⌀6.5, to clear" in capsys.readouterr().err
+    texts = [own.text for own in board_drawing(board).shapes if isinstance(own, Text)]
+    assert "its holes ⌀6.5: ⌀6 of the board file, and room for the magnets" in texts
+
+
+def test_a_measured_board_shows_what_its_coils_push() -> None:
+    board = shipped_board("phone5")
+    assert "force_ratio" not in actuator_rows(board)[0]
+    weak, dead, *others = board.actuators
+    weak, dead = replace(weak, polarity=-1, trim_db=6.0), replace(dead, is_dead=True)
+    own = Measured("a recording", "2026-11-27")
+    rows = actuator_rows(replace(board, actuators=(weak, dead, *others), measured=own))
+    assert [row["force_ratio"] for row in rows[:3]] == [pytest.approx(-0.5012, abs=1e-4), 0.0, 1.0]

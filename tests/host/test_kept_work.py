@@ -13,6 +13,7 @@ import tomlkit
 
 from chladni.design import search
 from chladni.drives.checkpoint import Checkpoint
+from chladni.drives.methods import SEED
 from chladni.drives.objectives import OBJECTIVES
 from chladni.drives.scoring import compare as comparing
 from chladni.host.cli import compare, design, table_build
@@ -30,6 +31,10 @@ COARSE = ROOT / "tests" / "chain" / "coarse.toml"
 
 def failing(*_: object, **__: object) -> None:
     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "the output")
+
+
+def interrupting(*_: object, **__: object) -> None:
+    raise KeyboardInterrupt
 
 
 def refusing(*_: object, **__: object) -> None:
@@ -93,7 +98,7 @@ def test_a_front_that_cannot_be_written_is_not_searched_again(
 ) -> None:
     spec, out, front = tmp_path / "s.toml", tmp_path / "own.toml", tmp_path / "front"
     front.mkdir()
-    one_layout = {"coils": 1, "evaluations": 1}
+    one_layout = {"coils": 1, "evaluations": 1, "weights": {"fingers_2_db": 1.0}}
     spec.write_text(tomlkit.dumps(small(design=one_layout)), encoding="utf-8")
     words = ("design", spec, "-o", out, "--samples", "1", "--jobs", "1", "--front", front)
 
@@ -110,6 +115,7 @@ def test_a_front_that_cannot_be_written_is_not_searched_again(
     done = chladni(*words)
     assert done.code == 0
     assert "says more and how much foam twice as stiff takes" in " ".join(done.err.split())
+    assert f"`chladni fingers {out} --samples 1 --seed {SEED}` scores it within" in done.err
     assert not (tmp_path / "own.toml.partial").exists()
     assert [path.name for path in front.iterdir()] == ["own-1.toml"]
 
@@ -128,9 +134,15 @@ def test_boards_of_another_spec_are_named_before_they_are_lost(
         stopped = chladni(*words)
     assert f"chladni: {kept} has boards of another SPEC, seed or version" in stopped.err
     assert Path(kept).read_bytes() == before, "lost before there was a result"
+    with monkeypatch.context() as patched:
+        patched.setattr(search, "layouts_of", interrupting)
+        stopped = chladni(*words)
+    assert "interrupted" in stopped.err
+    assert "goes on" not in stopped.err, "nothing of this SPEC was kept"
     finished = chladni(*words)
     assert finished.code == 0
     assert "another SPEC" in finished.err
+    assert "a board takes" in finished.err
     assert not Path(kept).exists()
 
 
@@ -220,4 +232,21 @@ def test_a_search_says_early_where_it_is_and_estimates_by_its_last_pieces(
         "chladni: boards: 0 of 100 so far",
         "chladni: boards: 5 of 100, about 228 s are left",
         "chladni: boards: 14 of 100, about 803 s are left",
+    ]
+
+
+def test_no_more_time_is_told_than_work_has(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of `--minutes`, until they are over."""
+    now = [0.0]
+    monkeypatch.setattr(output, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    with output.progress_bar("boards", limit_s=100.0) as progress:
+        for at_s, done in ((5.0, 0), (30.0, 1), (110.0, 2)):
+            now[0] = at_s
+            progress(done, 100)
+    assert capsys.readouterr().err.splitlines() == [
+        "chladni: boards: 0 of 100 so far",
+        "chladni: boards: 1 of 100, about 70 s are left",
+        "chladni: boards: 2 of 100, about 7840 s are left",
     ]

@@ -228,5 +228,11 @@ def test_a_key_in_another_block_is_told_where_it_goes() -> None:
         board_from_document(set_key("drive.rms_voltage", 1.0))
     assert caught.value.field == "drive.rms_voltage"
     assert caught.value.expected == "a known key: this one goes into [coil]"
+    with pytest.raises(InputError, match=r"supply_v: expected a known key: .* \[electronics\]"):
+        board_from_document(tomllib.loads(SMALLEST) | {"supply_v": 5.0})
+    with pytest.raises(InputError, match=r"image.thickness_mm.*\[plate\] or \[foundation\]"):
+        board_from_document(set_key("image.thickness_mm", 0.2))
+    with pytest.raises(InputError, match=r"plate.name: .*: this one goes above all blocks"):
+        board_from_document(set_key("plate.name", "own"))
     with pytest.raises(InputError, match=r"loss_facto.*'loss_factor', perhaps"):
         board_from_document(set_key("plate.loss_facto", 0.1))

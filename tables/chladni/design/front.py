@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from chladni.design.evaluate import NO_NUMBER_DB, Evaluation
+from chladni.design.evaluate import NO_NUMBER_DB, Evaluation, completed_board
 from chladni.design.spec import FINGER_LEVEL, FINGER_TERMS
 from chladni.design.variables import Document
+from chladni.drives.scoring.board_score import BoardScore
+from chladni.sim.board.board import Board
 
 GOALS = {
     "second_finger_20mm_db": 0.25,
@@ -73,3 +75,35 @@ def front_of(entries: Sequence[Entry]) -> tuple[Entry, ...]:
             kept = [other for other in kept if not np.all(own >= np.array(other.goals))]
             kept.append(entry)
     return tuple(kept)
+
+
+@dataclass(frozen=True)
+class Design:
+    """What a search found.
+
+    Attributes
+    ----------
+    best
+        The best board; its scores are of all draws.
+    full
+        All its numbers.
+    evaluations
+        Boards that were looked at, those in the checkpoint included.
+    front
+        Boards of which none is better in all goals, the best score first.
+    draws
+        Drawn boards of each of those, by which the best is told.
+    """
+
+    best: Entry
+    full: BoardScore
+    evaluations: int
+    front: tuple[Entry, ...]
+    seconds: float
+    seed: int
+    draws: int
+
+    @property
+    def board(self) -> Board:
+        """The best board."""
+        return completed_board(self.best.document)

@@ -1,7 +1,9 @@
 """The last boards of a search, which are scored with all draws: which, and how long it takes.
 
 One of them takes as long as so many boards of the search as it has draws more. For `strip`,
-`phone5` and `phone8`, with eight times the draws, that was 8.2, 6.5 and 8.6 boards.
+`phone5` and `phone8`, with eight times the draws, that was 8.2, 6.5 and 8.6 boards. With few draws
+its own finer image and its sets of fingers count: as many draws took 1.3 boards of `strip-open` and
+1.8 of `phone5`, 3.5 times as many 3.5 and 2.8.
 """
 
 from __future__ import annotations
@@ -23,9 +25,15 @@ FINALISTS = 3
 """Boards that are scored with all draws at the end, besides those of the front."""
 USUAL = 4
 """Boards that a search ends with: the front mostly has one that is not among the finalists."""
+ALONE = 1.5
+"""Boards of the search that one of them takes however few its draws are, and half as much for each
+as has its draws; no less than what was measured."""
 RECENT = 20
 """Boards by which time is estimated: a few minutes of a search."""
 
+OnPace = Callable[[int, float], None]
+"""Called with the number of boards that the search may come to, by its time and its SPEC, and the
+seconds between two of them."""
 OnLast = Callable[[int, int, float], None]
 """Called with the number of the last boards, the drawn boards of each, and the seconds that
 comparing them may take."""
@@ -54,18 +62,28 @@ def expected_s(spec: Spec, samples: int, count: int, seconds: Sequence[float], j
     The last ones count: a machine may have got other work since the search began.
     """
     board_s = float(np.median(seconds[-RECENT:])) if seconds else 0.0
-    return board_s * draws_more(spec, samples) * math.ceil(count / jobs)
+    share = draws_more(spec, samples)
+    return board_s * max(share, ALONE + share / 2.0) * math.ceil(count / jobs)
+
+
+def boards_in(left_s: float, seconds: Sequence[float], jobs: int) -> int | None:
+    """Boards of the search for which there is time; None where it has no end, or none is known."""
+    board_s = float(np.median(seconds[-RECENT:])) if seconds else 0.0
+    if not board_s or math.isinf(left_s):
+        return None
+    return jobs * math.floor(max(left_s, 0.0) / board_s)
 
 
 def draws_in(
     left_s: float, spec: Spec, samples: int, count: int, seconds: Sequence[float], jobs: int
 ) -> int:
     """Drawn boards of each of so many last boards, for which there is time: up to `samples`."""
-    once_s = expected_s(spec, spec.settings.samples, count, seconds, jobs)
+    own_s = expected_s(spec, spec.settings.samples, count, seconds, jobs) / (ALONE + 0.5)
     fewest = min(spec.settings.samples, samples)
-    if once_s <= 0.0:
+    if own_s <= 0.0:
         return samples
-    return int(np.clip(left_s / once_s * spec.settings.samples, fewest, samples))
+    share = min(left_s / own_s, 2.0 * (left_s / own_s - ALONE))
+    return int(np.clip(share * spec.settings.samples, fewest, samples))
 
 
 def compared(

@@ -82,6 +82,20 @@ def with_derived(board: Document) -> Document:
     return own
 
 
+def check_pins(electronics: object, most: int) -> None:
+    """Raise `InputError` for more GPIOs than a SPEC's largest number of coils needs.
+
+    Which of them are meant would be a guess: a board file has one of each for a coil, too.
+    """
+    own = electronics if isinstance(electronics, dict) else {}
+    for key in ("pwm_pins", "sign_pins"):
+        pins = own.get(key)
+        if isinstance(pins, list) and len(pins) > most:
+            hint = "leave the key out, and GPIOs are chosen"
+            expected = f"{most} {'pin' if most == 1 else 'pins'}, one per coil"
+            raise InputError(f"electronics.{key}", pins, expected, hint=hint)
+
+
 def check_coils(count: Any, most: int, channels: int) -> None:
     """Raise `InputError` for a number of coils that a board of so many channels cannot have."""
     if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= most:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -20,11 +20,13 @@ from typing import Any
 
 import numpy as np
 
-from chladni.design.evaluate import Evaluation, beyond, completed_board, judged
-from chladni.design.front import Entry, front_of
+from chladni.design.evaluate import Evaluation, judged
+from chladni.design.front import Design, Entry, front_of
 from chladni.design.last_boards import (
     USUAL,
     OnLast,
+    OnPace,
+    boards_in,
     boards_more,
     compared,
     draws_in,
@@ -40,57 +42,20 @@ from chladni.design.starts import (
     layouts_of,
     spread_numbers,
 )
-from chladni.design.strategy import strategy
+from chladni.design.strategy import DRAWN, fitting, strategy
 from chladni.design.variables import Choice, Document
 from chladni.drives.checkpoint import Checkpoint, digest
 from chladni.drives.methods import SEED, Progress
-from chladni.drives.scoring.board_score import BoardScore
 from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.workers import Workers
-from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ArgumentError, InputError
 
 STARTS = 2
 AT_THE_END = 0.4
 """Share of a search's time that is kept back to compare the last few, at most."""
-DRAWN = 30
-"""Boards drawn for each that is looked at, so that its coils fit beside each other: of sixteen that
-move at random, two come too close in most draws."""
 
 OnBoard = Callable[[Entry, bool], None]
-
-
-@dataclass(frozen=True)
-class Design:
-    """What a search found.
-
-    Attributes
-    ----------
-    best
-        The best board; its scores are of all draws.
-    full
-        All its numbers.
-    evaluations
-        Boards that were looked at, those in the checkpoint included.
-    front
-        Boards of which none is better in all goals, the best score first.
-    draws
-        Drawn boards of each of those, by which the best is told.
-    """
-
-    best: Entry
-    full: BoardScore
-    evaluations: int
-    front: tuple[Entry, ...]
-    seconds: float
-    seed: int
-    draws: int
-
-    @property
-    def board(self) -> Board:
-        """The best board."""
-        return completed_board(self.best.document)
 
 
 def design(
@@ -104,6 +69,7 @@ def design(
     minutes: float | None = None,
     progress: Progress | None = None,
     on_board: OnBoard | None = None,
+    on_pace: OnPace | None = None,
     on_last: OnLast | None = None,
     on_other: Callable[[], None] | None = None,
 ) -> Design:
@@ -125,6 +91,8 @@ def design(
         and `all` is less at the end of a search that ended early. What it raises ends the search.
     on_board
         Called with each board that keeps the limits, and whether it is better than all before it.
+    on_pace
+        Called once the first layouts are scored: the boards that it comes to, seconds for each.
     on_last
         Called before the last few are compared: their number, drawn boards of each, and seconds.
     on_other
@@ -143,7 +111,7 @@ def design(
     with Workers(jobs, scheduler) as workers, Checkpoint(partial_file, key) as kept:
         if on_other and kept.has_other_work:
             on_other()
-        run = _Run(spec, seed, samples, workers, kept, progress, on_board)
+        run = _Run(spec, seed, samples, workers, kept, progress, on_board, on_pace)
         run.search(started, ends)
         found = last_boards(run.allowed())
         draws = run.draws_until(ends, len(found)) if minutes else samples
@@ -168,9 +136,11 @@ class _Run:
         kept: Checkpoint,
         progress: Progress | None,
         on_board: OnBoard | None,
+        on_pace: OnPace | None,
     ) -> None:
         self._spec, self._seed, self._workers, self._kept = spec, seed, workers, kept
         self._samples, self._progress, self._on_board = samples, progress, on_board
+        self._on_pace, self._most = on_pace, spec.settings.evaluations
         self._seen: dict[str, tuple[Document, Evaluation]] = {}
         self._seconds: list[float] = []
         self._best = -np.inf
@@ -190,15 +160,31 @@ class _Run:
                 self._look([Point(None, tuple(map(float, one)), ()) for one in whole])
                 return
         starts = self._starts()
-        kept_back = min(self.seconds_to_compare(USUAL), AT_THE_END * (ends - started))
+        self._tell_pace(ends, self._kept_back(started, ends))
         share = spec.settings.evaluations / len(starts)
         for number, own in enumerate(starts, 1):
             last = round(number * share)
             for turn, start in enumerate(own):
                 left = last - self.looked_at
                 part = (number - 1 + (turn + 1) / len(own)) / len(starts)
-                until = started + part * (ends - kept_back - started)
+                until = started + part * (ends - self._kept_back(started, ends) - started)
                 self._climb(start, left // (len(own) - turn), turn, until)
+
+    def _kept_back(self, started: float, ends: float) -> float:
+        """Seconds for the end, by what a board takes now."""
+        return min(self.seconds_to_compare(USUAL), AT_THE_END * (ends - started))
+
+    def _room(self, until: float) -> int | None:
+        return boards_in(until - time.perf_counter(), self._seconds, self._workers.jobs)
+
+    def _tell_pace(self, ends: float, kept_back: float) -> None:
+        """How many boards it comes to; progress is of so many from now on."""
+        asked, room = self._spec.settings.evaluations, self._room(ends - kept_back)
+        if room is not None:
+            self._most = min(self._kept.count("board ") + room, asked)
+        if self._on_pace and self._seconds:
+            seconds = float(np.median(self._seconds)) / self._workers.jobs
+            self._on_pace(self._most, seconds)
 
     def allowed(self) -> list[Entry]:
         """Boards that break no limit."""
@@ -269,28 +255,19 @@ class _Run:
         own = strategy(self._spec, start, self._seed + 1 + turn, evaluations)
         last = self.looked_at + evaluations
         while self.looked_at < last and not own.stop():
-            asked = self._fitting(own.ask(DRAWN * own.popsize), start, own.popsize)
+            asked = fitting(self._spec, own.ask(DRAWN * own.popsize), start, own.popsize)
             points = [start.at(x) for x in asked]
-            if time.perf_counter() >= until:
-                earlier = self._of_checkpoint(points)
-                self._look(earlier)
-                if len(earlier) < len(points):
+            room = self._room(until)
+            if room is not None and room < len(points):
+                free = self._of_checkpoint(points)
+                inside = [*free, *[one for one in points if one not in free][:room]]
+                self._look(inside)
+                if len(inside) < len(points):
                     return
             scores = [-score for score in self._look(points)]
             with warnings.catch_warnings():  # of the draws that did not fit, number by number
                 warnings.filterwarnings("ignore", r"\s*tell: \d+ solution")
                 own.tell(asked, scores)
-
-    def _fitting(self, drawn: Sequence[Any], start: Point, count: int) -> list[Any]:
-        """So many of the boards drawn: the first whose coils fit, and others if there are none."""
-        fit: list[Any] = []
-        others: list[Any] = []
-        for x in drawn:
-            is_fit = not beyond(self._spec, document_at(self._spec, start.at(x)))
-            (fit if is_fit else others).append(x)
-            if len(fit) == count:
-                break
-        return [*fit, *others][:count]
 
     def _look(self, points: Sequence[Point]) -> list[float]:
         """Scores of boards, those that were seen before without looking again."""
@@ -327,7 +304,7 @@ class _Run:
 
     def _tell_progress(self) -> None:
         if self._progress:
-            most = self._spec.settings.evaluations
+            most = self._most
             self._progress(min(self.looked_at, most), most + boards_more(self._spec, self._samples))
 
     def _remembered(

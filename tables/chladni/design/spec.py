@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.design.keep_out import KeepOut, check_keep_outs
-from chladni.design.pins import check_coils, chip_of, of_its_driver, with_derived
+from chladni.design.pins import check_coils, check_pins, chip_of, of_its_driver, with_derived
 from chladni.design.variables import (
     Choice,
     Document,
@@ -24,6 +24,7 @@ from chladni.design.variables import (
 from chladni.sim.board.checks import named
 from chladni.sim.board.file import (
     file_of,
+    homes_of_keys,
     parse_document,
     part_from,
     parts_from,
@@ -31,7 +32,7 @@ from chladni.sim.board.file import (
     read_document,
     shipped_specs,
 )
-from chladni.sim.board.quantity import CENTIMETRES, MM, check_keys, perhaps, quantities, quantity
+from chladni.sim.board.quantity import CENTIMETRES, MM, check_keys, keys_of, perhaps, quantity
 from chladni.sim.errors import ArgumentError, Faults, InputError, MissingError
 
 COILS = 64
@@ -97,6 +98,9 @@ class DesignSettings:
     evaluations: int = quantity("evaluations", 1.0, 1, MOST_EVALUATIONS, integer=True, default=200)
     samples: int = quantity("samples", 1.0, 1, 1000, integer=True, default=4)
     pitch: float = quantity("pitch_mm", MM, 0.5, 500.0, default=6e-3)
+
+
+DESIGN_KEYS = [*keys_of(DesignSettings), *BESIDE_SETTINGS]
 
 
 @dataclass(frozen=True)
@@ -179,11 +183,10 @@ def spec_of(document: Document) -> Spec:
     symmetric = own.pop("symmetric", None)
     own.setdefault("coil_spacing_mm", _spacing_mm(board))
     board = with_derived(board)
-    keys = [one.key for one in quantities(DesignSettings).values()]
     with faults.kept():
-        check_keys(own, [*keys, *BESIDE_SETTINGS], required=[], where="design.")
+        check_keys(own, DESIGN_KEYS, required=[], where="design.", blocks=homes_of_keys())
     with faults.kept():
-        known = {key: value for key, value in own.items() if key in keys}
+        known = {key: value for key, value in own.items() if key in DESIGN_KEYS}
         settings = part_from(DesignSettings, known, "design")
     with faults.kept():
         if symmetric is not None and not isinstance(symmetric, bool):
@@ -197,6 +200,9 @@ def spec_of(document: Document) -> Spec:
             raise MissingError("coil", f"design.weights.{felt[0]} counts micrometres")
     with faults.kept():
         counts = _coil_counts(board, coils)
+        given = board["actuators"]
+        most = max(counts, default=len(given) if isinstance(given, list) else COILS)
+        check_pins(document.get("electronics"), most)
     with faults.kept():
         variables = _variables(board)
     faults.tell()
@@ -231,7 +237,7 @@ def _check_values(given: Document, found: Sequence[Variable], at: NDArray[np.flo
     if isinstance(electronics := one.get("electronics"), dict):
         is_open = any(own.where == ("electronics", "drive") for own in found)
         one["electronics"] = of_its_driver(electronics, 0, is_open=is_open)
-    with openings_told():
+    with openings_told(DESIGN_KEYS):
         parts_of(one)
 
 

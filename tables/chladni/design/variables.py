@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from chladni.sim.board.catalogue import SHEETS
+from chladni.sim.board.file import homes_of_keys
 from chladni.sim.board.foundation import MATERIALS
 from chladni.sim.errors import FaultsError, InputError
 
@@ -145,13 +146,18 @@ def key_of(where: Where) -> str:
 
 
 @contextlib.contextmanager
-def openings_told() -> Iterator[None]:
-    """Let errors of a board's values say what a SPEC may have in their place."""
+def openings_told(design_keys: Sequence[str]) -> Iterator[None]:
+    """Let errors of a board's values say what a SPEC may have there, and what [design] has."""
     try:
         yield
     except InputError as error:
         for own in error.errors if isinstance(error, FaultsError) else [error]:
             if isinstance(own.value, str | dict) and "number" in own.expected:
                 own.hinted('or "free", { any = […] } or { from = …, to = … }, to be searched')
+            key = own.field.rpartition(".")[2]
+            is_unknown = own.expected.startswith("a known key")
+            if is_unknown and key in design_keys and key not in homes_of_keys():
+                own.expected = "a known key: this one goes into [design]"
+                own.hinted(own.hint)
         error.hinted(error.hint)
         raise

@@ -106,6 +106,10 @@ class Checkpoint(contextlib.AbstractContextManager["Checkpoint"]):
         """A finished result."""
         return self._done.get(name)
 
+    def count(self, beginning: str) -> int:
+        """How many results have names that begin so."""
+        return sum(name.startswith(beginning) for name in self._done)
+
     def put(self, name: str, result: Result) -> Result:
         """Keep a result.
 

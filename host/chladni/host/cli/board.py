@@ -18,6 +18,7 @@ from chladni.drives.scoring.several_fingers.fingers_sensitivity import fingers_s
 from chladni.drives.scoring.small_amplitude import soft_wave
 from chladni.host.cli.board_score import board_score
 from chladni.host.cli.common.board_reports import (
+    actuator_rows,
     foundation_report,
     of_prices,
     panel_report,
@@ -82,10 +83,7 @@ def board_show(
     result = {
         "name": loaded.name,
         "size_mm": [side / MM for side in loaded.plate.size],
-        "actuators": [
-            {"name": a.name, "at_mm": [round(value / MM, 9) for value in a.at]}
-            for a in loaded.actuators
-        ],
+        "actuators": actuator_rows(loaded),
         "modes_hz": [round(float(mode), 4) for mode in modes],
         "wavelength_mm": loaded.wavelength(loaded.drive.frequency_hz) / MM,
         "fingerprint": f"{loaded.fingerprint():#018x}",
@@ -102,7 +100,7 @@ def board_show(
     layered, wave = layered_plate(loaded), soft_wave(loaded)
     if layered:
         result["panel"] = panel_report(layered)
-        say_panel(layered)
+        say_panel(layered, for_several=loaded.is_for_several)
     if wave:
         result["coil_current"] = asdict(wave)
         say_current(wave)

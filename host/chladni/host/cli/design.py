@@ -10,15 +10,15 @@ from typing import Annotated, Any
 import typer
 
 from chladni.design.evaluate import TOO_WEAK, completed_board, document_of, least_um
-from chladni.design.front import Entry
+from chladni.design.front import Design, Entry
 from chladni.design.last_boards import boards_more
-from chladni.design.search import Design, OnBoard, design
+from chladni.design.search import OnBoard, design
 from chladni.design.spec import FINGER_LEVEL, FINGER_TERMS, Spec, read_spec
 from chladni.design.starts import spread_numbers
 from chladni.drives.checkpoint import remove_checkpoint
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.survey import SAMPLES
-from chladni.host.cli.common.board_reports import of_waves, say_leftovers
+from chladni.host.cli.common.board_reports import of_waves, say_leftovers, say_panel
 from chladni.host.cli.common.options import (
     PARTIAL,
     FigureOption,
@@ -33,12 +33,16 @@ from chladni.host.cli.common.output import answer, check_output, progress_bar, s
 from chladni.host.cli.common.ranges import MOST_SAMPLES, within
 from chladni.host.cli.common.verdicts import of_design
 from chladni.host.manufacture.board_parts import sheet_of
+from chladni.sim.board.panel_layer import layered_plate
 from chladni.sim.board.writing import board_file
 from chladni.sim.errors import ArgumentError, InputError
 from chladni.sim.files import write_whole
 
 TOML = (".toml",)
 MOST_MINUTES = 100_000.0
+WORTH, WORTH_OPEN = 60, 200
+"""Boards up to which scores grow, of coils' places alone and with sheet or foam open
+(docs/design.md)."""
 
 
 def register(app: typer.Typer) -> None:
@@ -71,8 +75,8 @@ def design_board(
         float | None,
         typer.Option(
             callback=within(0.0, MOST_MINUTES),
-            help="For the whole search, roughly; the last few boards are compared anyway. What an "
-            "interrupted search kept counts.",
+            help="For the whole search, roughly; the last few boards are compared anyway. The same "
+            "command goes on from what was looked at.",
         ),
     ] = None,
     seed: SeedOption = SEED,
@@ -93,9 +97,12 @@ def design_board(
         _make_folder(front, output)
 
     kept = output.with_name(output.name + PARTIAL)
+    others: list[int] = []
     _say_first(asked, seed, samples)
     try:
-        with progress_bar("boards", kept=kept) as progress:
+        limit_s = None if minutes is None else 60.0 * minutes
+        is_kept = partial(_is_kept, kept, others)
+        with progress_bar("boards", kept=is_kept, limit_s=limit_s) as progress:
             found = design(
                 asked,
                 seed=seed,
@@ -106,8 +113,9 @@ def design_board(
                 minutes=minutes,
                 progress=progress,
                 on_board=_writing(output, asked.settings.samples, samples),
+                on_pace=partial(_say_pace, asked, minutes),
                 on_last=_say_last,
-                on_other=partial(_say_other, kept),
+                on_other=partial(_say_other, kept, others),
             )
     except InputError as error:
         is_option = isinstance(error, ArgumentError) and error.field != "spec"
@@ -118,17 +126,26 @@ def design_board(
         from chladni.host.figures.designs import front_figure  # noqa: PLC0415
 
         write_figure(front_figure(found), figure)
-    remove_checkpoint(kept)
+    extent = _extent(found, asked, samples, minutes, kept)
+    if not _is_ended(found, asked, minutes):
+        remove_checkpoint(kept)
     if not as_json:
         # Beside parts `mass_g` is of one piece.
         for number, entry in enumerate(entries, 1):
             entry |= {"plate_and_magnets_g": entry.pop("mass_g"), "name": f"board {number}"}
-    extent = _extent(found, asked, samples, minutes)
     result = _result(found, asked, entries, output, extent)
     answer(result, as_json=as_json, title=f"{output} answers {spec}")
     if not as_json:
-        foam = " and how much foam twice as stiff takes" if found.board.foundation else ""
-        say(f"`chladni board score {output}` says more{foam}.")
+        _say_next(found, asked, output)
+
+
+def _say_next(found: Design, spec: Spec, output: Path) -> None:
+    """Which commands score the board as the search did, and say more."""
+    if FINGER_TERMS.keys() & spec.weights.keys():
+        own = f"{output} --samples {found.draws} --seed {found.seed}"
+        say(f"`chladni fingers {own}` scores it within tolerances, as here.")
+    foam = " and how much foam twice as stiff takes" if found.board.foundation else ""
+    say(f"`chladni board score {output}` says more{foam}.")
 
 
 def _make_folder(front: Path, output: Path) -> None:
@@ -173,8 +190,27 @@ def _say_last(count: int, draws: int, seconds: float) -> None:
     say(f"about {time} to compare {boards}, with {draws} drawn boards each")
 
 
-def _say_other(kept: Path) -> None:
-    """Before what an earlier search kept is lost."""
+def _say_pace(spec: Spec, minutes: float | None, most: int, board_s: float) -> None:
+    """How many boards a search comes to in its time, and how many are worth it."""
+    asked, worth = spec.settings.evaluations, WORTH_OPEN if spec.variables else WORTH
+    told = f"a board takes {board_s:.2g} s"
+    if minutes:
+        told += f": this search looks at about {most} of {asked} boards in {minutes:g} min"
+    elif minutes is None:
+        told += f": {most} boards take about {most * board_s / 60.0:.2g} min"
+    if most < worth:
+        told += f"; scores of a SPEC like this grow up to some {worth} (docs/design.md)"
+    say(told)
+
+
+def _is_kept(kept: Path, others: list[int]) -> bool:
+    """Whether there is something of this search, and not of the other one that it replaces."""
+    return kept.exists() and kept.stat().st_mtime_ns not in others
+
+
+def _say_other(kept: Path, others: list[int]) -> None:
+    """Before what an earlier search kept is lost; `others` gets the time of its last change."""
+    others.append(kept.stat().st_mtime_ns)
     say(
         f"{kept} has boards of another SPEC, seed or version: the search begins again, and its own "
         "take their place. To keep them stop it now, and write to another name"
@@ -194,6 +230,8 @@ def _say_first(spec: Spec, seed: int, samples: int) -> None:
     except InputError:
         return  # The search says what is wrong.
     say_leftovers(board)
+    if layered := layered_plate(board):
+        say_panel(layered, for_several=board.is_for_several)
 
 
 def _about(found: Design, spec: str, asked: Spec) -> list[str]:
@@ -209,12 +247,18 @@ def _about(found: Design, spec: str, asked: Spec) -> list[str]:
     ]
 
 
-def _extent(found: Design, spec: Spec, samples: int, minutes: float | None) -> str:
+def _is_ended(found: Design, spec: Spec, minutes: float | None) -> bool:
+    """Whether its time ended a search, so that the same command may go on."""
+    return minutes is not None and found.evaluations < spec.settings.evaluations
+
+
+def _extent(found: Design, spec: Spec, samples: int, minutes: float | None, kept: Path) -> str:
     """How far the search went, where its time ended it."""
     asked, drawn = spec.settings.evaluations, found.draws
     said = ""
-    if minutes is not None and found.evaluations < asked:
+    if _is_ended(found, spec, minutes):
         said = f"Time was up after {found.evaluations} of {asked} boards: a longer search may gain."
+        said += f" The same command goes on from {kept}."
     if drawn < samples:
         few = f"The last few had {drawn} drawn boards each in place of {samples}"
         said += f" {few}: the worst tenth may be some dB less."

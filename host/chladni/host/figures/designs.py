@@ -7,7 +7,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from chladni.design.search import Design
+from chladni.design.front import Design
 from chladni.design.spec import FINGER_TERMS
 from chladni.host.figures.fields import COLOURS, INK, draw_board, explain_marks
 from chladni.host.figures.outlines import outline_of

@@ -133,6 +133,12 @@ def _foam_holes(board: Board) -> list[CutOut]:
     ]
 
 
+def cut_hole_mm(board: Board) -> float:
+    """Diameter that the foam's holes round coils are cut with: the file's, or what magnets need."""
+    cut = board.foundation.coil_cut_out if board.foundation else 0.0
+    return 2.0 * _mm(max(cut, _magnet_radius(board) + CLEARANCE)) if cut else 0.0
+
+
 def _magnet_radius(board: Board) -> float:
     return board.magnet.radius if board.magnet else 0.0
 
@@ -245,6 +251,9 @@ def _title(board: Board) -> list[str]:
         what = foundation.material or f"{foundation.sheet_stiffness * MM**3:g} N/mm³"
         thick = f", {_mm(foundation.thickness):g} thick" if foundation.thickness else ""
         rows.append(f"foam: {what}{thick}")
+        own, cut = 2.0 * _mm(foundation.coil_cut_out), cut_hole_mm(board)
+        if cut > own:
+            rows.append(f"its holes ⌀{cut:g}: ⌀{own:g} of the board file, and room for the magnets")
         if winding and board.coils_in_foam:
             rows.append(
                 f"its holes from below ⌀{_mm(winding.outer):g}, {_mm(board.coils_in_foam):g} deep, "

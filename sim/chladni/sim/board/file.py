@@ -186,7 +186,8 @@ def parts_of(document: dict[str, Any]) -> dict[str, Any]:
     """
     faults = Faults()
     with faults.kept():
-        check_keys(document, KNOWN_KEYS, required=["name", "plate", "actuators"], where="")
+        required = ["name", "plate", "actuators"]
+        check_keys(document, KNOWN_KEYS, required=required, where="", blocks=homes_of_keys())
     document = {key: value for key, value in document.items() if key in KNOWN_KEYS}
     document = _completed(document, faults)
     parts: dict[str, Any] = {"name": document.get("name", "")}
@@ -312,17 +313,18 @@ def parts_from(cls: type[Part], entries: object, where: str) -> tuple[Part, ...]
 
 def part_from(cls: type[Part], table: object, where: str) -> Part:
     """One dataclass of quantities from one TOML table, its keys and ranges checked."""
-    return part_of(cls, table, where, _nested, _blocks())
+    return part_of(cls, table, where, _nested, homes_of_keys())
 
 
 @lru_cache(maxsize=1)
-def _blocks() -> dict[str, str]:
-    """The block of each key that only one block has."""
+def homes_of_keys() -> dict[str, str]:
+    """Where a key goes: into a block that has it, or above all, where no block's head precedes."""
     homes: dict[str, list[str]] = {}
     for block, cls in (SECTIONS | OPTIONAL_SECTIONS).items():
         for key in keys_of(cls):
-            homes.setdefault(key, []).append(block)
-    return {key: own[0] for key, own in homes.items() if len(own) == 1}
+            homes.setdefault(key, []).append(f"[{block}]")
+    above = dict.fromkeys(("name", "finger", "actuators"), "above all blocks")
+    return {key: f"into {' or '.join(own)}" for key, own in homes.items()} | above
 
 
 def _nested(name: str, value: Any, where: str) -> Any:

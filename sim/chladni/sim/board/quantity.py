@@ -193,7 +193,7 @@ def part_of(
     nested
         Makes a field that is no quantity, of its name, its value and its key.
     blocks
-        By a key, the block that has it: for who wrote it in another.
+        By a key, where it goes, such as "into [plate]": for who wrote it in another block.
 
     Raises
     ------
@@ -278,7 +278,7 @@ def check_keys(
             close = meant if meant in known else near_name(key, known)
             hint = f"{close!r}, perhaps" if close else f"one of: {', '.join(known)}"
             if key in blocks:
-                hint = f"this one goes into [{blocks[key]}]"
+                hint = f"this one goes {blocks[key]}"
             with faults.kept():
                 raise InputError(f"{where}{key}", value, f"a known key: {hint}")
     for key in required:

@@ -11,13 +11,14 @@ from chladni.sim.board.board import Board, to_document
 
 CHOICES = ("pwm_pins", "focus", "fingers")
 """No pins, and blocks that say by being there what tables are for."""
+LEFT_OUT = "A key that is not here has its default: boards/template.toml explains them all."
 
 
 def board_file(board: Board, about: Sequence[str] = ()) -> bytes:
-    """A board's file, complete, with lines of comment on top."""
-    head = "".join(f"# {line}\n" for line in about)
+    """A board's file, with lines of comment on top."""
+    head = "".join(f"# {line}\n" for line in (*about, LEFT_OUT))
     text = tomlkit.dumps(_without_empty(to_document(board)))
-    return (head + "\n" * bool(about) + text).encode()
+    return f"{head}\n{text}".encode()
 
 
 def refitted(text: str, foam: float) -> bytes:

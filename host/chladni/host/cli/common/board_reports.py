@@ -17,6 +17,7 @@ from chladni.drives.scoring.small_amplitude import BridgeWave, SoftWave
 from chladni.drives.scoring.warm_coils import MAGNET_C
 from chladni.effects.low_pass import EDGE_HZ
 from chladni.host.cli.common.output import say
+from chladni.host.manufacture.drawing import cut_hole_mm
 from chladni.sim.board.board import Board
 from chladni.sim.board.catalogue import FEET, METALS
 from chladni.sim.board.electronics import Area
@@ -60,12 +61,13 @@ def panel_report(plate: LayeredPlate) -> dict[str, Any]:
     }
 
 
-def say_panel(plate: LayeredPlate) -> None:
-    """Where a panel takes the focus, or its place is not given."""
+def say_panel(plate: LayeredPlate, *, for_several: bool) -> None:
+    """Where a panel takes the focus, or what several fingers get, or its place is not given."""
     if plate.is_stiff:
+        needs = "a finger moves less" if for_several else "a focus needs a soft sheet"
         say(
-            f"the panel's layer makes the plate {plate.bending_ratio:.1f} times as stiff: a "
-            "focus needs a soft sheet; use a thinner film, or electrodes in the sheet or beside it"
+            f"the panel's layer makes the plate {plate.bending_ratio:.1f} times as stiff: {needs}; "
+            "use a thinner film (docs/own-board.md says usual ones), or place 'in' or 'beside'"
         )
     elif plate.place == "not said":
         say('the panel bends with the plate unless panel.place is "in" or "beside": say film_mm')
@@ -206,10 +208,12 @@ def say_of_coils(board: Board) -> None:
             "on blocks"
         )
     if foundation is not None and board.coils_in_foam > 0.0:
+        own_mm, cut_mm = 2.0 * foundation.coil_cut_out / MM, cut_hole_mm(board)
+        wider = f"; cut ⌀{cut_mm:g}, to clear the magnets" if cut_mm > own_mm else ""
         say(
             f"coils of ⌀{winding.outer / MM:g} mm stand under the magnets and reach "
             f"{board.coils_in_foam / MM:.3g} mm into the foam, whose holes are "
-            f"⌀{2.0 * foundation.coil_cut_out / MM:g} (coil_cut_out_mm is a radius): widen these "
+            f"⌀{own_mm:g} (coil_cut_out_mm is a radius{wider}): widen these "
             "from below, so deep, as `board drawing` says; above, the foam still holds the plate"
         )
     if winding.outer < SMALL_COIL and own.coil_k_per_w < K_PER_W_OF_SMALL:
@@ -217,6 +221,16 @@ def say_of_coils(board: Board) -> None:
             f"electronics.coil_k_per_w, {own.coil_k_per_w:g}, is of a coil of ⌀15 mm: one of "
             f"⌀{winding.outer / MM:g} gets hotter, by about {K_PER_W_OF_SMALL:g} K/W; measure it"
         )
+
+
+def actuator_rows(board: Board) -> list[dict[str, Any]]:
+    """Coils by name and place; of a measured board with their forces over the drawn ones."""
+    rows: list[dict[str, Any]] = []
+    for own in board.actuators:
+        rows.append({"name": own.name, "at_mm": [round(value / MM, 9) for value in own.at]})
+        if board.measured:
+            rows[-1]["force_ratio"] = 0.0 if own.is_dead else own.strength
+    return rows
 
 
 def foundation_report(board: Board) -> dict[str, Any]:

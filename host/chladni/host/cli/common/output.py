@@ -202,8 +202,9 @@ class _Lines:
     What is left is estimated by the pieces since the line before: a machine gets other work.
     """
 
-    def __init__(self, label: str) -> None:
+    def __init__(self, label: str, limit_s: float | None) -> None:
         self._label, self._begun, self._due_s = label, time.monotonic(), FIRST_LINE_S
+        self._limit_s = limit_s or math.inf
         self._total, self._is_told = 0, False
         # Before the first piece plates are solved and processes begin, and an earlier run may have
         # done a part: neither says how long the other pieces take.
@@ -219,10 +220,10 @@ class _Lines:
             return
         since, took_s = done - self._from_done, passed - self._from_s
         if since > 0 and took_s >= BASIS_S:
-            say(
-                f"{self._label}: {done} of {total}, about {took_s * (total - done) / since:.0f} s "
-                "are left"
-            )
+            left_s = took_s * (total - done) / since
+            if passed < self._limit_s:
+                left_s = min(left_s, self._limit_s - passed)
+            say(f"{self._label}: {done} of {total}, about {left_s:.0f} s are left")
             self._from_s, self._from_done, self._due_s = passed, done, passed + NEXT_LINE_S
         elif not self._is_told:
             say(f"{self._label}: {done} of {total} so far")
@@ -231,15 +232,21 @@ class _Lines:
 
 @contextlib.contextmanager
 def progress_bar(
-    label: str, *, kept: Path | bool | None = None
+    label: str,
+    *,
+    kept: Path | Callable[[], bool] | bool | None = None,
+    limit_s: float | None = None,
 ) -> Iterator[Callable[[int, int], None]]:
     """A callback (done, all) that draws a bar on stderr, or writes lines if that is no terminal.
 
     Parameters
     ----------
     kept
-        File that a part of the work is kept in; or whether a device keeps whatever was done. Only
-        if there is something does Ctrl-C's message promise that the same command goes on from it.
+        File that a part of the work is kept in, or what tells whether one is; or whether a device
+        keeps whatever was done. Only if there is something does Ctrl-C's message promise that the
+        same command goes on from it.
+    limit_s
+        Seconds after which the work ends early; no estimate is longer.
 
     Raises
     ------
@@ -253,7 +260,7 @@ def progress_bar(
         TimeRemainingColumn(),
     )
     console = Console(stderr=True)
-    lines = _Lines(label)
+    lines = _Lines(label, limit_s)
 
     def tell(done: int, total: int) -> None:
         bar.update(task, completed=done, total=total)
@@ -265,6 +272,9 @@ def progress_bar(
         try:
             yield tell
         except KeyboardInterrupt:
-            is_kept = kept.exists() if isinstance(kept, Path) else kept and bar.tasks[0].completed
+            if isinstance(kept, Path):
+                is_kept = kept.exists()
+            else:
+                is_kept = bool(kept() if callable(kept) else kept and bar.tasks[0].completed)
             again = "the same command goes on from what was kept" if is_kept else ""
             raise StoppedError(f"{label}: interrupted", hint=again) from None

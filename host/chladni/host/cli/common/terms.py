@@ -145,6 +145,7 @@ WORDS = {
     "response_um_per_n": "response",
     "full_scale_um_per_n": "largest response",
     "own_full_scale_um_per_n": "largest own compliance of a fingertip",
+    "force_ratio": "measured force over the drawn one",
     "full_force_n": "continuous force of a coil",
     "threshold_um": "displacement that is just felt",
     "own_um_per_n": "a fingertip's own compliance",
