@@ -163,7 +163,7 @@ def play_effect(
     ChladniError
         The device did not play.
     """
-    _check(table, board, other_mm)
+    check_can_play(table, board, other_mm)
     places = np.array([at_mm] if other_mm is None else [at_mm, other_mm]) * MM
     solved = over_frequency(board, progress) if solved is None else solved
     plate = FingerPlate.of(solved, places, newtons)
@@ -215,8 +215,8 @@ def play_effect(
     )
 
 
-def _check(table: Table, board: Board, other_mm: tuple[float, float] | None) -> None:
-    """Before the plate is solved."""
+def check_can_play(table: Table, board: Board, other_mm: tuple[float, float] | None) -> None:
+    """Raise `InputError` as `play_effect`, before the plate is solved."""
     if board.coil is None:
         raise MissingError("coil", "a block [coil]", hint="there is no force without one")
     if other_mm is not None:

@@ -22,7 +22,12 @@ from chladni.host.cli.device.connection import Connection
 from chladni.host.cli.effects.pairs import played_pairs
 from chladni.host.cli.effects.remarks import say_filtered, say_off_board
 from chladni.host.emulation.felt_over_time import over_frequency
-from chladni.host.emulation.played_effect import PlayedEffect, effect_of_bank, play_effect
+from chladni.host.emulation.played_effect import (
+    PlayedEffect,
+    check_can_play,
+    effect_of_bank,
+    play_effect,
+)
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.fields.transfer import check_target
@@ -51,6 +56,7 @@ def play_emulated(
     table, board, plate = table_of(connection, places, hidden)
     say_waves(board)
     effects = [one.effect for one in reads]
+    check_can_play(table, board, _others(places)[0])
     with progress_bar("plate") as progress:
         solved = over_frequency(board, progress)
         how |= {"hidden": plate, "solved": solved, "other_plays": len(effects) > 1}
