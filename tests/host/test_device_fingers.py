@@ -226,6 +226,16 @@ def test_two_effects_go_out_at_once_without_a_gap(table: Table) -> None:
     assert parts_in(own - own.mean(axis=0), emulator.carrier_hz, 140.0) < 0.03 * min(loud)
 
 
+def test_a_device_that_ends_one_of_two_effects_is_told(table: Table) -> None:
+    tones = [np.ones(1500), np.ones(1500)]
+    short = replace(table, limits=replace(table.limits, max_on_us=300_000))
+    with (
+        Device(EmulatorWire(Emulator(device_of(short), short))) as device,
+        pytest.raises(LinkError, match="ended a touch"),
+    ):
+        play_together(device, tones, [(-18.0, 30.0), (17.0, -25.0)], 1.0, None)
+
+
 def test_samples_beyond_full_scale_and_levels_beyond_all_are_refused(table: Table) -> None:
     with Device(EmulatorWire(Emulator(device_of(table), table))) as device:
         with pytest.raises(ArgumentError, match="samples: expected -1 to 1"):

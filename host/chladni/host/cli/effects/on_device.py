@@ -15,6 +15,7 @@ from chladni.host.cli.effects.remarks import say_not_measured
 from chladni.host.device.checks.readiness import check_ready
 from chladni.host.device.device import Device
 from chladni.host.device.device_fingers import FloatArray
+from chladni.host.device.link import LinkError
 from chladni.host.device.stream_sources import PlayedSignal
 from chladni.host.protocol.link import SIGNAL_SAMPLES
 
@@ -22,6 +23,8 @@ RESTS_S = 0.1
 """For which two fingers rest before their effects: drives of both, and a switch's bias, are up."""
 AFTER_S = 0.05
 """For which they stay behind them, so that the last of it rings on."""
+STUCK_S = 0.5
+"""After which a device that takes no samples has ended a touch; those that wait last 0.05 s."""
 TURN_S = 0.005
 """Between two sendings of samples, unless the wire is slower: 115,200 baud just carries two."""
 
@@ -103,6 +106,7 @@ def play_together(
     device.link.wait(RESTS_S)
     now_s = device.wire.now_s
     sent, filled = [0] * len(signals), [0] * len(signals)
+    taken_s = now_s()
     begun, fewest = [now_s()] * len(signals), [SIGNAL_SAMPLES] * len(signals)
     while any(own < len(samples) for own, samples in zip(sent, signals, strict=True)):
         turn = now_s()
@@ -115,10 +119,16 @@ def play_together(
             if 0 < sent[finger] < len(samples):
                 fewest[finger] = min(fewest[finger], filled[finger] - taken)
             sent[finger] += taken
+            taken_s = now_s() if taken else taken_s
+        if now_s() - taken_s > STUCK_S:
+            break  # it plays nothing any more
         if now_s() - turn < TURN_S:
             device.link.wait(TURN_S)
     device.link.wait(max(filled) / SIGNAL_HZ + AFTER_S)
     down = {one["finger"]: one for one in device.fingers.all()}
+    if len(down) < len(held):
+        hint = "`chladni device info` shows its state and faults"
+        raise LinkError("the device ended a touch", hint=hint)
     return [
         PlayedSignal(
             at,
