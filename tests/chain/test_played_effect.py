@@ -27,7 +27,7 @@ from chladni.host.emulation.felt_over_time import (
     rms,
 )
 from chladni.host.emulation.played_effect import PlayedEffect, play_effect
-from chladni.host.figures.effects import played_effect_figure
+from chladni.host.figures.effects import played_effects_figure
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.coil.full_drive import full_drive
@@ -76,7 +76,7 @@ def test_a_click_reaches_its_finger_in_time_and_leaves_the_other_still(
     # The finger follows what was asked for, by the coils' and the plate's own delay.
     late = [found.t_s[int(own.argmin())] for own in (found.own_um, found.asked)]
     assert 0.0 < late[0] - late[1] < 1e-3
-    shown = played_effect_figure(found, "click").axes[-1].get_xlim()
+    shown = played_effects_figure([found], ["click"]).axes[-1].get_xlim()
     assert shown[0] == 0.0
     assert late[0] < 1e-3 * shown[1] < 0.06
     at_rest = found.t_s > 0.1
@@ -328,8 +328,9 @@ def test_a_weak_coil_that_its_device_makes_up_for_takes_level_and_nothing_else(
 @pytest.mark.parametrize(
     ("given", "expected"),
     [
-        (["--board", "strip5", "--hidden", "two"], "SEED, BOARD@SEED or FILE.toml"),
-        (["--board", "strip5", "--hidden", "phone5@2"], "a board of the size and coils of strip5"),
+        (["--at", "0,15", "--hidden", "two"], "SEED, BOARD@SEED or FILE.toml"),
+        (["--pairs", "2", "--hidden", "two"], "SEED, BOARD@SEED or FILE.toml"),
+        (["--at", "0,15", "--hidden", "phone5@2"], "a board of the size and coils of strip5"),
     ],
 )
 def test_a_plate_that_is_not_the_boards_is_refused(
@@ -337,5 +338,5 @@ def test_a_plate_that_is_not_the_boards_is_refused(
 ) -> None:
     path = tmp_path / "fingers.chl"
     path.write_bytes(pack(table))
-    answer = chladni("play", "click", "--at", "0,15", "--emulator", "--table", path, *given)
+    answer = chladni("play", "click", "--board", "strip5", "--emulator", "--table", path, *given)
     assert (answer.code, expected in " ".join(answer.err.split())) == (2, True), answer.err

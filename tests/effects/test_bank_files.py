@@ -144,6 +144,7 @@ def test_a_shape_that_can_be_no_area_is_refused_where_an_area_asks_for_it(
         (("hysteresis_mm = 0.5", "hysteresis_mm = 99"), "hysteresis_mm: expected a number from 0"),
         (('name = "panel"', "colour = 3"), "colour: expected one of name, hysteresis_mm, effects"),
         (('press = "click"', 'press = "clack"'), "area[0].press: expected click, double-click"),
+        (('hold = "tick"', 'hold = "tik"'), "got 'tik'; tick, perhaps"),
         (('"own.toml"', '"none.wav"'), "none.wav"),
         (('svg = "key"', 'svg = "lock"'), "area[0].svg: expected an id of the drawing: bow, egg"),
         (('svg = "key"', "circle_mm = [1, 2]"), "area[0].circle_mm: expected [x, y, radius]"),

@@ -10,18 +10,21 @@ import numpy as np
 import pytest
 
 from chladni.effects.bank.bank_file import bank_bytes
-from chladni.effects.bank.unpack import read_bank_file
+from chladni.effects.bank.unpack import read_bank_file, unpack_bank
 from chladni.effects.effect import Tone
+from chladni.host.cli.effects.bank import ERASED_BY
+from chladni.host.cli.effects.remarks import say_out_of_reach
 from chladni.host.device.async_device import AsyncDevice
 from chladni.host.device.device import Device
 from chladni.host.device.device_effects import AreaEvent, DeviceArea
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, TouchEvent
 from chladni.host.emulation.played_effect import effect_of_bank
+from chladni.host.protocol.config import DeviceConfig
 from chladni.sim.errors import InputError
 from chladni.tables.format import pack
 from chladni.tables.table import Limits
-from conftest import CommandLine
+from conftest import ROOT, CommandLine
 from effects.banks import BYTES
 from made_up import device_of
 from plate_of_bumps import responses_table
@@ -44,6 +47,8 @@ def test_a_bank_goes_onto_an_emulated_device(chladni: CommandLine, tmp_path: Pat
     narrow = chladni("effects", "flash", "calculator", "--emulator", "--board", "strip5", "--json")
     assert (narrow.code, narrow.json["verified"]) == (0, True)
     assert "and 17 more: these areas reach beyond the device's panel, which has x -7" in narrow.err
+    people = chladni("effects", "flash", "calculator", "--emulator")
+    assert "erase-region 0x214000 0x20000" in " ".join(people.out.replace("│", " ").split())
     path = tmp_path / "cut.che"
     path.write_bytes(bank_bytes("slider")[:-3])
     refused = chladni("effects", "flash", path, "--emulator")
@@ -53,6 +58,37 @@ def test_a_bank_goes_onto_an_emulated_device(chladni: CommandLine, tmp_path: Pat
     nowhere = chladni("effects", "flash", "calculator")
     assert nowhere.code == 2
     assert "--port, --udp and --emulator" in nowhere.err
+
+
+def test_what_erases_a_bank_is_its_partition_and_no_other() -> None:
+    rows = [
+        [part.strip() for part in line.split(",")]
+        for line in (ROOT / "firmware/esp32/chip/partitions.csv").read_text("utf-8").splitlines()
+        if line.strip() and not line.startswith("#")
+    ]
+    end = int(rows[0][3], 0)
+    for name, _, _, _, size in rows:
+        begin, end = end, end + int(size, 0)
+        if name == "effects":
+            assert f"erase-region {begin:#x} {end - begin:#x}" in ERASED_BY
+            return
+    pytest.fail("no partition for effects")
+
+
+def test_areas_beyond_the_board_of_a_table_are_told(
+    emulator: Emulator, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Where a device has no panel, by what it says of its table."""
+    without = DeviceConfig()
+    assert without["panel"] == 0
+    with Device(EmulatorWire(emulator)) as device:
+        board_mm = device.reach_mm()
+    say_out_of_reach(unpack_bank(bank_bytes("texture")), without, board_mm)
+    said = capsys.readouterr().err
+    assert "reach beyond the board of the device's table, which has x -30 to 30 and y -50" in said
+    say_out_of_reach(unpack_bank(bank_bytes("texture")), without, (-35.0, -70.0, 35.0, 70.0))
+    say_out_of_reach(unpack_bank(bank_bytes("texture")), without, None)
+    assert capsys.readouterr().err == ""
 
 
 def test_a_touch_of_an_emulated_device_with_a_bank(chladni: CommandLine, tmp_path: Path) -> None:
@@ -108,7 +144,8 @@ def test_an_area_that_no_finger_can_be_in_is_told(chladni: CommandLine, tmp_path
     assert "area all" not in built.err
     shown = chladni("effects", "show", areas)
     assert "press: thud" in shown.out
-    assert "calculator" in chladni("effects", "list").out
+    listed = chladni("effects", "list").out
+    assert "20 areas on 65 × 115 mm" in listed
     twice = ("--other", "0,-12", "--other", "0,20")
     refused = chladni("play", "click", "--at", "0,0", *twice, "--emulator")
     assert refused.code == 2

@@ -163,6 +163,17 @@ def test_a_frequency_that_a_table_does_not_have_is_refused_with_what_to_do(
     assert "no drives for that frequency; `chladni table show`" in done.err
 
 
+def test_one_name_for_both_ramps_says_which_they_are(chladni: CommandLine) -> None:
+    done = chladni("device", "config", "set", "ramp_ms=6", "--emulator")
+    assert done.code == 0
+    assert "ramp_ms sets attack_ms and release_ms" in done.err
+    for action in ("get", "describe"):
+        shown = chladni("device", "config", action, "ramp_ms", "--emulator")
+        assert shown.code == 0, shown.err
+        assert "attack ms" in shown.out.replace("_", " ")
+        assert "release ms" in shown.out.replace("_", " ")
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "words"),
     [

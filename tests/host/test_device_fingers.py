@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from chladni.effects import shipped_effects
 from chladni.effects.bank.layout import SIGNAL_HZ
+from chladni.host.cli.effects.on_device import play_together
 from chladni.host.device.checks.info_rows import finger_rows
 from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
@@ -183,6 +184,7 @@ def test_a_device_on_a_port_says_what_it_reckons_and_where_micrometres_are(
         places = ("--at", "-18,30", "--other", "17,-25")
         there = ("--port", port.port, "--json")
         done = chladni("play", "click", *places, *there)
+        both = chladni("play", "click", *places, "--other-effect", "thud", *there)
         after = chladni("device", "touch", "-18,30", "17,-25", *there)
         off = chladni("play", "click", "--at", "-18,30", "--other", "80,-10", *there)
     finally:
@@ -193,9 +195,45 @@ def test_a_device_on_a_port_says_what_it_reckons_and_where_micrometres_are(
     assert not [key for key in done.json if key.endswith("_um")]
     assert "--emulator with the same --board and --table" in " ".join(done.err.split())
     assert done.json["fewest_waiting"] <= done.json["samples"]
+    assert [(one["name"], one["effect"]) for one in both.json["fingers"]] == [
+        ("A", "click"),
+        ("B", "thud"),
+    ]
+    assert [one["place_mm"] for one in both.json["fingers"]] == [[-18.0, 30.0], [17.0, -25.0]]
+    for one in both.json["fingers"]:
+        assert one["samples"] == len(shipped_effects()[one["effect"]].samples(SIGNAL_HZ))
+        assert one["isolation_db"] > 30.0
     # The finger that was spared has its own signal again.
     assert after.json["fingers"][1]["isolation_db"] > 20.0
     assert (off.code, "--other: expected a place on the board" in off.err) == (2, True)
+
+
+def test_two_effects_go_out_at_once_without_a_gap(table: Table) -> None:
+    """Longer than the device's rings, at 115,200 baud: each finger's own tone at the same time."""
+    tones = [np.sin(2.0 * np.pi * hertz * np.arange(1500) / SIGNAL_HZ) for hertz in (100.0, 180.0)]
+    settings: dict[str, Any] = {**BRIDGES}
+    emulator = Emulator(device_of(table, **settings), table, level=1.0)
+    with Device(EmulatorWire(emulator)) as device:
+        emulator.core.take_duties()
+        played = play_together(device, tones, [(-18.0, 30.0), (17.0, -25.0)], 1.0, None)
+        duty = emulator.core.take_duties() / 1024.0
+    assert [one.samples for one in played] == [1500, 1500]
+    assert min(one.fewest_waiting for one in played) > 5
+    lasts = round(0.5 * emulator.carrier_hz)
+    own = duty[len(duty) // 2 - lasts // 2 :][:lasts]
+    loud = [parts_in(own - own.mean(axis=0), emulator.carrier_hz, hz) for hz in (100.0, 180.0)]
+    assert min(loud) > 0.1
+    assert parts_in(own - own.mean(axis=0), emulator.carrier_hz, 140.0) < 0.03 * min(loud)
+
+
+def test_a_device_that_ends_one_of_two_effects_is_told(table: Table) -> None:
+    tones = [np.ones(1500), np.ones(1500)]
+    short = replace(table, limits=replace(table.limits, max_on_us=300_000))
+    with (
+        Device(EmulatorWire(Emulator(device_of(short), short))) as device,
+        pytest.raises(LinkError, match="ended a touch"),
+    ):
+        play_together(device, tones, [(-18.0, 30.0), (17.0, -25.0)], 1.0, None)
 
 
 def test_samples_beyond_full_scale_and_levels_beyond_all_are_refused(table: Table) -> None:

@@ -249,3 +249,15 @@ def test_who_answers_at_a_port_is_told(port: str, prototype: Board) -> None:
     found = who_answers("/dev/nothing")
     assert found["board"] is None
     assert "no such port" in str(found["why"])
+
+
+def test_a_command_waits_for_the_link_of_a_device_that_starts(
+    chladni: CommandLine, port: str, tmp_path: Path
+) -> None:
+    link = tmp_path / "a-port"
+    late = threading.Timer(0.4, link.symlink_to, (port,))
+    late.start()
+    answer = chladni("device", "info", "--port", link, "--json")
+    late.join()
+    assert answer.code == 0, answer.err
+    assert answer.json["state"] == "idle"

@@ -23,7 +23,7 @@ class FileValue:
     place: str
     value: object
 
-    def error(self, expected: str) -> InputError:
+    def error(self, expected: str, hint: str = "") -> InputError:
         """That it should have been something else."""
         if self.value is _MISSING:
             return MissingError(self.place, expected, file=self.file)
@@ -32,7 +32,7 @@ class FileValue:
             shown = shown[:40]
         elif not isinstance(shown, int | float):
             shown = "a table" if isinstance(shown, dict) else "a list" if shown else "nothing"
-        return InputError(self.place or "file", shown, expected, file=self.file)
+        return InputError(self.place or "file", shown, expected, file=self.file, hint=hint)
 
     def __getitem__(self, key: str) -> FileValue:
         """Of an object."""

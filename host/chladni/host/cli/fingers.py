@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
@@ -48,11 +47,10 @@ from chladni.host.cli.common.output import (
     answer,
     parse_place,
     progress_bar,
-    say,
     say_unmet,
     write_figure,
 )
-from chladni.host.cli.common.ranges import LEAST_APART_MM, within
+from chladni.host.cli.common.ranges import check_apart, within
 from chladni.host.cli.common.terms import of_loudest
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -60,7 +58,6 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ConflictError, InputError, MissingError
 from chladni.sim.fields.transfer import check_target
 from chladni.sim.image.finger import threshold_um
-from chladni.sim.image.metrics import FINGERTIP_RADIUS
 from chladni.tables.format import read_table
 from chladni.tables.inspection.owner import board_for
 
@@ -142,7 +139,10 @@ def fingers(
     large: LargeOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Score what fingers that press a board at once feel of each other's signals."""
+    """Score what fingers that press a board at once feel of each other's signals: steady tones.
+
+    `chladni play` does so for two fingers' effects.
+    """
     check_figure(figure)
     loaded = load_board(board)
     pair = _pair(loaded, at, other, count or 2, built=built)
@@ -215,12 +215,7 @@ def _pair(
     places = parse_place(at, "--at"), parse_place(other, "--other")
     for place, option in zip(places, ("--at", "--other"), strict=True):
         check_target(board, place, option)
-    apart = math.dist(*places)
-    if apart < LEAST_APART_MM:
-        expected = f"{LEAST_APART_MM:g} mm or more from the finger at --at"
-        raise InputError("--other", other, expected)
-    if apart < (wide := 2.0 * FINGERTIP_RADIUS / MM):
-        say(f"fingertips are {wide:g} mm apart or more, and these are {apart:.2g}: they overlap")
+    check_apart(*places, "--other", other)
     return np.array(places) * MM
 
 

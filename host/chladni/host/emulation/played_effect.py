@@ -111,6 +111,7 @@ def play_effect(
     at_mm: tuple[float, float],
     *,
     other_mm: tuple[float, float] | None = None,
+    other_plays: bool = False,
     level: float = 1.0,
     level_um: float | None = None,
     newtons: float = PRESS,
@@ -118,6 +119,7 @@ def play_effect(
     bank: bytes | None = None,
     solved: Sequence[SolvedBoard] | None = None,
     hidden: HiddenPlate | None = None,
+    hidden_solved: Sequence[SolvedBoard] | None = None,
     progress: Progress | None = None,
 ) -> PlayedEffect:
     """Put a finger down on an emulated device, which plays an effect under it.
@@ -130,6 +132,9 @@ def play_effect(
         Middle of the fingertip, mm.
     other_mm
         Of another, which rests there before and is silent.
+    other_plays
+        The other one has a signal of its own at the same level. Its drive takes its share of what
+        coils can do. No samples are sent for it, so that all that moves is this effect's.
     level
         Of the loudest that the place allows, 0 to 1.
     level_um
@@ -147,6 +152,8 @@ def play_effect(
     hidden
         The plate that the fingers are on; the board's own by default. Host and device know the
         board alone.
+    hidden_solved
+        As `solved`, of the hidden plate's board.
 
     Raises
     ------
@@ -156,7 +163,7 @@ def play_effect(
     ChladniError
         The device did not play.
     """
-    _check(table, board, other_mm)
+    check_can_play(table, board, other_mm)
     places = np.array([at_mm] if other_mm is None else [at_mm, other_mm]) * MM
     solved = over_frequency(board, progress) if solved is None else solved
     plate = FingerPlate.of(solved, places, newtons)
@@ -166,15 +173,15 @@ def play_effect(
     emulator = Emulator(board, table, level=1.0, bank=bank or b"")
     bias_s = _bias_s(board, beside_another=other_mm is not None)
     samples = np.pad(flat, (round(RESTED_S * SIGNAL_HZ) if rested else 0, 0))
-    recording, begins, reported = _recorded(
-        emulator, samples, at_mm, other_mm, None if bank else (level, level_um)
-    )
+    sends = None if bank else (level, level_um)
+    recording, begins, reported = _recorded(emulator, samples, at_mm, other_mm, sends, other_plays)
     if rested:
         begins = reported = reported + bias_s + RESTED_S
         bias_s = 0.0
     forces = forces_of(hidden.board if hidden else board, recording)
     if hidden is not None:
-        plate = FingerPlate.of(over_frequency(hidden.board, progress), places, newtons)
+        solved = hidden_solved or over_frequency(hidden.board, progress)
+        plate = FingerPlate.of(solved, places, newtons)
         forces *= hidden.forces
     first = round(begins * RATE_HZ)
     first_s = _begins_s(forces[first:], rested=rested)
@@ -208,8 +215,8 @@ def play_effect(
     )
 
 
-def _check(table: Table, board: Board, other_mm: tuple[float, float] | None) -> None:
-    """Before the plate is solved."""
+def check_can_play(table: Table, board: Board, other_mm: tuple[float, float] | None) -> None:
+    """Raise `InputError` as `play_effect`, before the plate is solved."""
     if board.coil is None:
         raise MissingError("coil", "a block [coil]", hint="there is no force without one")
     if other_mm is not None:
@@ -291,6 +298,7 @@ def _recorded(
     at_mm: tuple[float, float],
     other_mm: tuple[float, float] | None,
     levels: tuple[float, float | None] | None,
+    other_plays: bool,
 ) -> tuple[Recording, float, float]:
     """The pins from power-on until the effect is over; when the finger touched, and was seen, s.
 
@@ -298,18 +306,16 @@ def _recorded(
     """
     slot = 0
     if other_mm is not None:
-        emulator.core.set_voice(0, 0, 0)
+        if levels is not None and other_plays:
+            _set_signal(emulator, 0, *levels)
+        else:
+            emulator.core.set_voice(0, 0, 0)
         emulator.touch(TouchEvent(1.0, other_mm, 7))
         slot = 1
     words: list[int] = []
     if levels is not None:
         words = [round(32767.0 * float(one)) for one in samples]
-        level, most_um = levels
-        emulator.core.set_signal_voice(slot, round(32767.0 * level))
-        if most_um is not None:
-            known = emulator.core.limit_signal(slot, round(UM_STEPS * most_um))
-            if not known:
-                raise ConflictError("level_um", "a table without responses", hint=NO_UM)
+        _set_signal(emulator, slot, *levels)
     sent = emulator.core.push_signal(slot, words[:SIGNAL_SAMPLES])
     parts = [emulator.run(REST_MS)]
     begins = parts[0].duty_steps.shape[0] / parts[0].carrier_hz
@@ -334,3 +340,10 @@ def _recorded(
     # The resting finger is reported meanwhile.
     reported = min(at for at in seen if 1e3 * at >= touched_ms)
     return Recording(steps, first.carrier_hz, first.pwm_bits), begins, reported
+
+
+def _set_signal(emulator: Emulator, slot: int, level: float, most_um: float | None) -> None:
+    emulator.core.set_signal_voice(slot, round(32767.0 * level))
+    if most_um is None or emulator.core.limit_signal(slot, round(UM_STEPS * most_um)):
+        return
+    raise ConflictError("level_um", "a table without responses", hint=NO_UM)

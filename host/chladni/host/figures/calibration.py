@@ -35,6 +35,7 @@ def calibration_figure(
 
 def _draw_plate(figure: Figure, axes: Axes, drawn: Board, board: Board) -> None:
     """Foam over the drawn one, and coils with their forces."""
+    title = "numbers: coils' forces,\ntimes the drawn ones"
     half = [side / 2.0 / MM for side in board.plate.size]
     layer = plate_geometry(board).foundation
     if layer is not None and drawn.foundation is not None:
@@ -46,6 +47,7 @@ def _draw_plate(figure: Figure, axes: Axes, drawn: Board, board: Board) -> None:
             cmap="viridis",
             extent=(-half[0], half[0], -half[1], half[1]),
         )
+        title = f"colours: foam's stiffness,\n{title}"
         figure.colorbar(shown, ax=axes, label="foam, times as stiff as drawn", shrink=0.85)
     for own in board.actuators:
         place = (own.at[0] / MM, own.at[1] / MM)
@@ -66,7 +68,7 @@ def _draw_plate(figure: Figure, axes: Axes, drawn: Board, board: Board) -> None:
     axes.set_aspect("equal")
     axes.set_xlabel("x, mm")
     axes.set_ylabel("y, mm")
-    axes.set_title("coils' forces over the drawn ones", fontsize=9)
+    axes.set_title(title, fontsize=9)
 
 
 def _draw_scores(axes: Axes, drawn: Board, before: Restored, after: Restored) -> None:
@@ -84,6 +86,10 @@ def _draw_scores(axes: Axes, drawn: Board, before: Restored, after: Restored) ->
             axes.plot((own.p10, own.p90), (k + offset,) * 2, color=INK, linewidth=1.2)
     axes.set_yticks(range(len(rows)), [row[0] for row in rows])
     axes.axvline(0.0, color=INK, linewidth=0.8)
-    axes.set_xlabel("dB: median, and from the worst tenth to the best")
+    axes.set_xlabel("dB: medians, with lines\nfrom the worst tenth to the best")
+    axes.set_title(
+        "how far apart fingers are kept: by drives\nfor the drawn board, and for the one found",
+        fontsize=9,
+    )
     axes.legend(fontsize=8)
     axes.grid(alpha=0.25, axis="x")

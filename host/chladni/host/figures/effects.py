@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -29,26 +31,37 @@ def effect_figure(effect: Effect) -> Figure:
     return figure
 
 
-def played_effect_figure(played: PlayedEffect, title: str) -> Figure:
-    """Three curves: what was asked for, what the finger gets, and what another has of it."""
-    has_other = played.other_um is not None
-    figure = Figure(figsize=(8.0, 6.0 if has_other else 4.4), layout="constrained")
-    rows = figure.subplots(3 if has_other else 2, 1, sharex=True)
-    times = 1e3 * played.t_s
-    rows[0].plot(times, played.asked, color=ASKED, linewidth=1.2)
-    rows[0].set_ylabel("asked for")
-    rows[1].plot(times, played.own_um, color=OWN, linewidth=1.2)
-    rows[1].set_ylabel("under the finger / µm")
-    if played.other_um is not None:
-        rows[2].plot(times, played.other_um, color=OTHER, linewidth=1.2)
-        rows[2].set_ylim(0.0, 1.15 * float(played.other_um.max()))
-        rows[2].set_ylabel("under the other,\nRMS / µm")
-    figure.suptitle(title, color=INK, fontsize=11)
-    rows[0].set_xlim(0.0, _ends_ms(played))
-    _time_axis(rows[-1], "ms from the touch, which the panel reports up to 12 ms later (simulated)")
-    for axes in rows[:-1]:
-        axes.grid(alpha=0.3)
+def played_effects_figure(played: Sequence[PlayedEffect], titles: Sequence[str]) -> Figure:
+    """A column for each effect: what was asked for, what its finger gets, and what another gets."""
+    has_other, count = played[0].other_um is not None, len(played)
+    figure = Figure(figsize=(4.0 + 4.0 * count, 6.0 if has_other else 4.4), layout="constrained")
+    rows = figure.subplots(3 if has_other else 2, count, sharex="col", sharey="row", squeeze=False)
+    for column, own, title in zip(rows.T, played, titles, strict=True):
+        _draw_played(column, own)
+        column[0].set_title(title, color=INK, fontsize=11)
+    for axes, label in zip(
+        rows[:, 0],
+        ("asked for", "under the finger / µm", "under the other,\nRMS / µm"),
+        strict=False,
+    ):
+        axes.set_ylabel(label)
     return figure
+
+
+def _draw_played(column: Sequence[Axes], played: PlayedEffect) -> None:
+    times = 1e3 * played.t_s
+    column[0].plot(times, played.asked, color=ASKED, linewidth=1.2)
+    column[1].plot(times, played.own_um, color=OWN, linewidth=1.2)
+    if played.other_um is not None:
+        column[2].plot(times, played.other_um, color=OTHER, linewidth=1.2)
+        most = max(1.15 * float(played.other_um.max()), column[2].get_ylim()[1])
+        column[2].set_ylim(0.0, most)
+    for axes in column[:-1]:
+        axes.grid(alpha=0.3)
+    column[0].set_xlim(0.0, _ends_ms(played))
+    _time_axis(
+        column[-1], "ms from the touch, which the panel reports up to 12 ms later (simulated)"
+    )
 
 
 def _ends_ms(played: PlayedEffect) -> float:

@@ -130,7 +130,8 @@ class _Effects:
         is_file = Path(wanted).suffix.lower() in READERS
         if not is_file and wanted not in shipped_effects():
             shipped = ", ".join(shipped_effects())
-            raise own.error(f"{shipped}, or a file that ends in {', '.join(READERS)}")
+            expected = f"{shipped}, or a file that ends in {', '.join(READERS)}"
+            raise own.error(expected, hint=perhaps(wanted, shipped_effects()))
         read = read_effect(self.folder / wanted if is_file else wanted, field=own.place)
         name = Path(wanted).stem[:15] if is_file else wanted
         if name in self.found:

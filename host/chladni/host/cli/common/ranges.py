@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 import typer
 
 from chladni.host.cli.common.command_group import name_of
+from chladni.host.cli.common.output import Place, say
+from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
+from chladni.sim.image.metrics import FINGERTIP_RADIUS
 from chladni.tables.layout import MAX_FREQUENCY_MILLIHERTZ, MIN_FREQUENCY_MILLIHERTZ
 
 MOST_SAMPLES = 10_000
@@ -50,3 +54,16 @@ PITCHES = within(0.1, 1000.0, "mm")
 FREQUENCIES = within(1.0, 20000.0, "Hz")
 TABLE_FREQUENCIES = within(MIN_FREQUENCY_MILLIHERTZ / 1e3, MAX_FREQUENCY_MILLIHERTZ / 1e3, "Hz")
 UDP_PORTS = within(1, 65535)
+
+
+def check_apart(place: Place, other: Place, option: str, given: str) -> None:
+    """Refuse two fingers that cannot lie so near, and remark on fingertips that overlap, mm.
+
+    `given` is what `option`, which has the other one, was given.
+    """
+    apart = math.dist(place, other)
+    if apart < LEAST_APART_MM:
+        expected = f"{LEAST_APART_MM:g} mm or more from the finger at --at"
+        raise InputError(option, given, expected)
+    if apart < (wide := 2.0 * FINGERTIP_RADIUS / MM):
+        say(f"fingertips are {wide:g} mm apart or more, and these are {apart:.2g}: they overlap")

@@ -15,6 +15,8 @@ from chladni.host.flashing import rom_loader
 from chladni.host.protocol.board_config import board_settings, check_chip, check_driver
 from chladni.host.protocol.config import DeviceConfig
 from chladni.host.protocol.settings import (
+    BOTH_RAMPS,
+    RAMPS,
     SHOWN,
     changes,
     described,
@@ -55,6 +57,8 @@ def config(
 ) -> None:
     """Show the configuration, explain it, or change it and restart the device."""
     names = settings or []
+    if action != "set":
+        names = [one for name in names for one in (RAMPS if name == BOTH_RAMPS else (name,))]
     if action not in ACTIONS or (action == "set" and not (names or source)):
         expected = "get, describe, or set with --from BOARD or at least one NAME=VALUE"
         raise InputError("get|describe|set", action, expected)
@@ -128,6 +132,8 @@ def _set(
     wanted: dict[str, Any] = {} if board is None else board_settings(board)
     for name in names:
         wanted |= parse_setting(name)
+        if name.startswith(f"{BOTH_RAMPS}="):
+            say(f"{BOTH_RAMPS} sets {' and '.join(RAMPS)}, which the device keeps")
     if rom:
         _set_by_rom(connection, wanted, board, change_driver=change_driver, as_json=as_json)
         return

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import inspect
+import os
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -23,6 +25,8 @@ from chladni.tables.format import pack, read_table
 
 BAUDS = 300, 12_000_000
 """From the slowest modem to the fastest USB bridge."""
+STARTS_S, TURN_S = 4.0, 0.05
+"""`chladni emulate --serial` takes 1 to 3 s to start; how often its link is looked for."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +77,7 @@ class Connection:
             emulator=self.emulator,
         )
         if self.port is not None:
+            _await_link(Path(self.port))
             return SerialWire(self.port, baud=self.baud)
         if self.udp is not None:
             key = required("--key", self.key, "the file with the device's key, for --udp")
@@ -102,6 +107,18 @@ class Connection:
     def device(self) -> Device:
         """The device behind that wire."""
         return Device(self.wire())
+
+
+def _await_link(port: Path) -> None:
+    """Wait a moment for the --port-link of an emulated device that is still starting.
+
+    Ports in /dev are there or not.
+    """
+    if os.name != "posix" or port.is_relative_to("/dev"):
+        return
+    end = time.monotonic() + STARTS_S
+    while not port.exists() and time.monotonic() < end:
+        time.sleep(TURN_S)
 
 
 def connecting(command: Callable[..., None]) -> Callable[..., None]:

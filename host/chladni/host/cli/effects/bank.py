@@ -26,6 +26,8 @@ from chladni.sim.board.file import load_board
 from chladni.sim.errors import InputError
 from chladni.sim.files import write_whole
 
+ERASED_BY = "`esptool --port PORT erase-region 0x214000 0x20000`"
+"""Both slots of the partition `effects`, of the partition table that all chips have."""
 BankArgument = Annotated[
     str, typer.Argument(metavar="BANK", help="Name of a shipped one, or a file: .toml or .che.")
 ]
@@ -99,14 +101,20 @@ def _flattened(read: ReadBank, board: Board) -> ReadBank:
 
 @connecting
 def flash(connection: Connection, bank: BankArgument, as_json: JsonOption = False) -> None:
-    """Write an effect bank to a device; the old one stays until the new one is whole."""
+    """Write an effect bank to a device; the old one stays until the new one is whole.
+
+    From then on fingers play its areas, not the table's tone. docs/effects.md says how to erase it.
+    """
     data = bank_bytes(bank, "BANK")
     written = unpack_bank(data)
     with connection.device() as device, progress_bar("flash") as progress:
         done = device.effects.flash(data, progress)
-        say_out_of_reach(written, device.config())
+        say_out_of_reach(written, device.config(), device.reach_mm())
     done.check_verified()
-    answer(asdict(done), as_json=as_json, title=f"{written.name} plays")
+    rows = asdict(done)
+    if not as_json:
+        rows["the table's tone"] = f"plays again after {ERASED_BY}"
+    answer(rows, as_json=as_json, title=f"{written.name} plays")
 
 
 def show_bank(name: str, figure: Path | None, *, as_json: bool) -> None:

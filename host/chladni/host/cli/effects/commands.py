@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 
+from chladni.effects.bank.areas import Bank, reach_mm
 from chladni.effects.bank.bank_file import is_bank, read_bank, shipped_banks
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.effect import kinds
@@ -44,7 +46,7 @@ def effects_list(as_json: JsonOption = False) -> None:
         for effect in shipped_effects().values()
     ]
     banks = {
-        name: f"{len(own.areas)} areas, {', '.join(own.effects)}"
+        name: f"{len(own.areas)} areas on {_size(own)}: {', '.join(own.effects)}"
         for name, own in ((name, read_bank(name).bank) for name in shipped_banks())
     }
     if as_json:
@@ -55,7 +57,14 @@ def effects_list(as_json: JsonOption = False) -> None:
         for one in found
     }
     answer(rows, as_json=False, title="Effects")
-    answer(banks, as_json=False, title="Effect banks")
+    answer(banks, as_json=False, title="Effect banks, for boards of that size or larger")
+
+
+def _size(bank: Bank) -> str:
+    """Of the smallest board, about its centre, that has all areas."""
+    corners = np.array([one for area in bank.areas for one in reach_mm(area.shape)])
+    wide, long = 2.0 * np.abs(corners).max(axis=0)
+    return f"{wide:g} × {long:g} mm"
 
 
 @effects_app.command("show")

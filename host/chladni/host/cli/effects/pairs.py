@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from chladni.calibration.hidden import HiddenPlate
 from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.several_fingers.finger_sets import finger_sets
@@ -46,38 +47,27 @@ def played_pairs(
     board: Board,
     effect: Effect,
     count: int,
+    hidden: HiddenPlate | None = None,
     *,
-    level: float,
-    level_um: float | None,
-    newtons: float,
-    rested: bool,
     as_json: bool,
+    **how: Any,
 ) -> dict[str, Any]:
     """Rows of what both fingers have of an effect; the first finger of each pair plays.
 
     The pairs are the first of those that `fingers` and `board score` draw. Of few pairs people get
-    each in place of shares of them.
+    each in place of shares of them. `hidden` is the plate that they are on, and `how` is as of
+    `play_effect`.
     """
     sets = finger_sets(board, 2, count, LEAST_APART, np.random.default_rng(SEED)) / MM
     with progress_bar("plate") as progress:
-        solved = over_frequency(board, progress)
+        how |= {"hidden": hidden, "solved": over_frequency(board, progress)}
+        if hidden is not None:
+            how["hidden_solved"] = over_frequency(hidden.board, progress)
     found: list[PlayedEffect] = []
     with progress_bar("pairs") as progress:
         for place, beside in sets.tolist():
-            found.append(
-                play_effect(
-                    table,
-                    board,
-                    effect,
-                    tuple(place),
-                    other_mm=tuple(beside),
-                    level=level,
-                    level_um=level_um,
-                    newtons=newtons,
-                    rested=rested,
-                    solved=solved,
-                )
-            )
+            own, other = tuple(place), tuple(beside)
+            found.append(play_effect(table, board, effect, own, other_mm=other, **how))
             progress(len(found), count)
     levels, peaks = [one.isolation_db or 0.0 for one in found], [one.peak_um for one in found]
     isolation, is_few = Spread.of(levels), count < FEW_PAIRS

@@ -14,9 +14,17 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.image.metrics import decibel
 
 
-def say_out_of_reach(bank: Bank, config: DeviceConfig) -> None:
-    """Remark on areas beyond a device's panel, where none of its fingers comes."""
+def say_out_of_reach(
+    bank: Bank, config: DeviceConfig, board_mm: tuple[float, float, float, float] | None
+) -> None:
+    """Remark on areas beyond a device's panel, where none of its fingers comes.
+
+    Without a panel it is the board of its table, if there is one: left, bottom, right, top.
+    """
     if config["panel"] == PANELS.index("none"):
+        if board_mm is not None:
+            left, bottom, right, top = (round(end, 2) for end in board_mm)
+            _say_beyond(bank, [(left, right), (bottom, top)], "the board of the device's table")
         return
     size = (config["panel_width_um"], config["panel_length_um"])
     size = size[::-1] if config["panel_turns"] % 2 else size

@@ -1,0 +1,131 @@
+"""An effect under each of two fingers at once, and effects under many pairs of fingers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from chladni.calibration.hidden import HiddenPlate
+from chladni.effects import shipped_effects
+from chladni.effects.bank.layout import SIGNAL_HZ
+from chladni.host.cli.effects.pairs import played_pairs
+from chladni.host.emulation.emulator import Emulator, TouchEvent
+from chladni.host.emulation.felt_over_time import forces_of
+from chladni.host.emulation.played_effect import play_effect
+from chladni.sim.board.board import Board
+from chladni.sim.board.file import load_board
+from chladni.tables.format import pack
+from chladni.tables.several_fingers.build_for import build_for
+from chladni.tables.table import Table
+from conftest import CommandLine, made_once
+
+HERE, THERE = (0.0, 15.0), (0.0, -12.0)
+
+
+@pytest.fixture(scope="module")
+def board() -> Board:
+    return load_board("strip5")
+
+
+@pytest.fixture(scope="module")
+def table(board: Board, tmp_path_factory: pytest.TempPathFactory) -> Table:
+    return made_once(tmp_path_factory, "strip5-responses", lambda: build_for(board, "fingers")[0])
+
+
+def test_effects_of_two_fingers_add_up_on_the_pins(table: Table, board: Board) -> None:
+    """With drives of both, what coils get of both effects is the sum of what they get of each."""
+    signals = [shipped_effects()[name].samples(SIGNAL_HZ) for name in ("click", "thud")]
+
+    def newtons(plays: Sequence[bool]) -> NDArray[np.float64]:
+        emulator = Emulator(board, table, level=1.0)
+        for slot, place in enumerate((HERE, THERE)):
+            emulator.core.set_signal_voice(slot, 32767)
+            emulator.touch(TouchEvent(1.0, place, slot))
+        emulator.run(40.0)
+        for slot, is_playing in enumerate(plays):
+            words = [round(32767.0 * float(one)) for one in signals[slot]]
+            emulator.core.push_signal(slot, words if is_playing else [])
+        return forces_of(board, emulator.run(60.0))
+
+    both, click, thud = newtons((True, True)), newtons((True, False)), newtons((False, True))
+    least = min(np.abs(click).max(), np.abs(thud).max())
+    assert least > 0.5 * np.abs(both).max()
+    # Duties are rounded, and the smallest are lost to a bridge.
+    assert np.abs(both - click - thud).max() < 0.02 * least
+
+
+def test_the_command_plays_an_effect_under_each_finger(
+    chladni: CommandLine, table: Table, tmp_path: Path
+) -> None:
+    path, figure = tmp_path / "t.chl", tmp_path / "pair.svg"
+    path.write_bytes(pack(table))
+    where = ("--board", "strip5", "--table", path, "--emulator")
+    places = ("--at", "0,15", "--other", "0,-12")
+    answer = chladni(
+        "play", "click", *places, "--other-effect", "thud", *where, "--figure", figure, "--json"
+    )
+    found = answer.json
+    assert [one["name"] for one in found["fingers"]] == ["A", "B"]
+    assert [one["effect"] for one in found["fingers"]] == ["click", "thud"]
+    assert [one["at_mm"] for one in found["fingers"]] == [[0.0, 15.0], [0.0, -12.0]]
+    for one in found["fingers"]:
+        assert one["peak_um"] > 10.0
+        assert one["isolation_db"] > 25.0
+        assert one["other_peak_um"] < 0.1 * one["peak_um"]
+    assert "of its click at most, and B " in found["verdict"]
+    drawn = figure.read_text("utf-8")
+    assert "click at 0, 15 mm" in drawn
+    assert "thud at 0, -12 mm" in drawn
+    for words, said in (
+        (
+            ("--at", "0,15", "--other-effect", "thud"),
+            "--other is required: X,Y",
+        ),
+        ((*places, "--other-effect", "thus"), "--other-effect: expected click"),
+        (("--pairs", "2", "--other-effect", "thud"), "--other-effect does not go with --pairs"),
+    ):
+        refused = chladni("play", "click", *words, *where)
+        assert (refused.code, said in " ".join(refused.err.split())) == (2, True), refused.err
+
+
+def test_fingertips_that_overlap_are_remarked_on(
+    chladni: CommandLine, table: Table, tmp_path: Path
+) -> None:
+    path = tmp_path / "t.chl"
+    path.write_bytes(pack(table))
+    where = ("--board", "strip5", "--table", path, "--emulator", "--at", "0,0")
+    for other, is_told in (("0,7", True), ("0,13", False)):
+        # Another board's file is refused once the fingers were looked at.
+        answer = chladni("play", "click", *where, "--other", other, "--hidden", "two")
+        assert ("fingertips are 12 mm apart or more, and" in answer.err) == is_told
+
+
+def test_drives_of_two_effects_share_the_coils(table: Table, board: Board) -> None:
+    """Both at full level may take more than coils have: each gets less than beside a rest."""
+    alone, beside = (
+        play_effect(
+            table,
+            board,
+            shipped_effects()["click"],
+            HERE,
+            other_mm=THERE,
+            other_plays=plays,
+        )
+        for plays in (False, True)
+    )
+    assert 0.5 * alone.peak_um < beside.peak_um < 0.98 * alone.peak_um
+
+
+def test_pairs_are_on_a_plate_that_the_device_does_not_know(table: Table, board: Board) -> None:
+    """On the board itself with coils half as strong."""
+    count = len(board.actuators)
+    weak = HiddenPlate(board, np.full(count, 0.5), np.ones(count), 0, "weak")
+    known, hidden = (
+        played_pairs(table, board, shipped_effects()["click"], 1, plate, as_json=True)
+        for plate in (None, weak)
+    )
+    assert hidden["peak_um"]["median"] == pytest.approx(0.5 * known["peak_um"]["median"], rel=1e-6)
