@@ -11,6 +11,7 @@ namespace {
 constexpr uint32_t kClockBits = 12;       // 80 MHz / 2^12 are samples …
 constexpr uint32_t kConversionBits = 10;  // … and 80 MHz / 2^10 conversions
 constexpr uint32_t kConversions = 4;
+constexpr double kClockHz = 80e6, kPi = 3.14159265358979323846;
 constexpr size_t kMostKept = 2048;  // as chip/sensing/converter.cpp
 constexpr double kFarAway = 1e6;    // steps
 // The amplifier's 1.3 V, of a converter that reads 3.1 V as 4096.
@@ -86,7 +87,7 @@ void SensedCoils::remember(const Pwm& pwm) {
   }
 }
 
-void SensedCoils::respond(const Pwm& pwm) {
+void SensedCoils::respond(uint64_t clock, const Pwm& pwm) {
   steps_.fill(0.0);
   const uint32_t driven = static_cast<uint32_t>(~registers_[kDirections]) & 31U;
   const uint32_t lines = registers_[kLevels] & driven;
@@ -113,6 +114,17 @@ void SensedCoils::respond(const Pwm& pwm) {
       own += length_;
     }
   }
+  if (is_reference) return;
+  for (uint32_t n = 0; n < kConversions; ++n) {
+    steps_[n] += bumped(clock + (uint64_t{n} << kConversionBits));
+  }
+}
+
+double SensedCoils::bumped(uint64_t clock) const {
+  if (bump_.steps == 0.0 || clock < bump_.from) return 0.0;
+  const double since_s = static_cast<double>(clock - bump_.from) / kClockHz;
+  return bump_.steps * std::exp(-since_s / bump_.decay_s) *
+         std::sin(2.0 * kPi * bump_.hz * since_s);
 }
 
 double SensedCoils::answer(const std::vector<float>& responses) const {
@@ -141,7 +153,7 @@ void SensedCoils::begin_period(uint64_t period, const Pwm& pwm) {
     if (!is_listening_) return;
   } else if ((period << pwm.bits()) % (1U << kClockBits) == 0) {
     remember(pwm);
-    if (is_listening_) respond(pwm);
+    if (is_listening_) respond(period << pwm.bits(), pwm);
   }
   if (!is_listening_ || period < from_period_) return;
   const auto first = static_cast<uint32_t>((period << pwm.bits()) >> kConversionBits);

@@ -25,6 +25,14 @@ struct SensingFaults {
   uint32_t lost_values = 0;    // so many of the next never come, and no one says so
 };
 
+// A blow on the desk, which the plate answers by ringing: what every coil that is heard has of it.
+struct Bump {
+  double steps = 0.0;    // of the converter, at first
+  double hz = 0.0;       // of the ringing
+  double decay_s = 1.0;  // until 1/e is left
+  uint64_t from = 0;     // clocks of 80 MHz since the first carrier period
+};
+
 class SensedCoils {
  public:
   // Responses of (channels that are heard and the reference, channels that play, conversions,
@@ -33,6 +41,7 @@ class SensedCoils {
   void set_responses(uint32_t channels, std::vector<float> responses, double noise, double bend,
                      double begin_us, uint32_t seed);
   SensingFaults& faults() { return faults_; }
+  void set_bump(const Bump& bump) { bump_ = bump; }
   // The expander's second eight outputs, a bit each: which bridges are awake.
   uint32_t awake() const { return registers_[3]; }
 
@@ -50,7 +59,8 @@ class SensedCoils {
  private:
   bool is_awake(uint32_t channel, const Pwm& pwm) const;
   void remember(const Pwm& pwm);
-  void respond(const Pwm& pwm);
+  void respond(uint64_t clock, const Pwm& pwm);
+  double bumped(uint64_t clock) const;
   uint16_t convert(double steps);
 
   uint32_t channels_ = 0;
@@ -59,6 +69,7 @@ class SensedCoils {
   double noise_ = 0.0, bend_ = 0.0, begin_us_ = 0.0;
   Noise random_;
   SensingFaults faults_{};
+  Bump bump_{};
 
   std::array<uint8_t, 8> registers_{0, 0, 0xFF, 0xFF, 0, 0, 0xFF, 0xFF};
   // Each channel's duties, twice in a row so that any `length_` of them lie together, and how many

@@ -147,12 +147,20 @@ def _check_heard(readings: CoilReadings) -> None:
         raise InputError("readings", "noise", "voltages of coils", hint="is the sensing pin wired?")
 
 
-def _check_alike(names: list[str], readings: CoilReadings, silent: NDArray[np.bool_]) -> None:
-    """Coil i reads of j what j reads of i."""
+def unlike(readings: CoilReadings, share: float) -> NDArray[np.bool_]:
+    """Where coil i does not read of j what j reads of i, but for noise and a share of both.
+
+    Shape (frequencies, listening, playing).
+    """
     volts, noise = readings.volts, readings.noise
     back = volts.transpose(0, 2, 1)
-    apart = np.abs(volts - back) - HEARD * noise
-    odd = np.all(apart > LOPSIDED * np.maximum(np.abs(volts), np.abs(back)), axis=0)
+    apart = np.abs(volts - back) - HEARD * np.hypot(noise, noise.transpose(0, 2, 1))
+    return np.asarray(apart > share * np.maximum(np.abs(volts), np.abs(back)))
+
+
+def _check_alike(names: list[str], readings: CoilReadings, silent: NDArray[np.bool_]) -> None:
+    """Coil i reads of j what j reads of i."""
+    odd = np.all(unlike(readings, LOPSIDED), axis=0)
     odd[silent] = odd[:, silent] = False
     if np.any(odd):
         i, j = np.argwhere(odd)[0].tolist()

@@ -30,6 +30,11 @@ void set_responses(Emulator& self, const Responses& responses, double noise, dou
                              begin_us, seed);
 }
 
+void bump(Emulator& self, double steps, double hz, double decay_s, double after_s) {
+  const uint64_t now = self.period() << self.pwm().bits();
+  self.coils().set_bump({steps, hz, decay_s, now + static_cast<uint64_t>(after_s * 80e6)});
+}
+
 using Shaken = nb::ndarray<const float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
 void set_accelerometer(Emulator& self, const std::string& model, const Shaken& responses,
@@ -76,6 +81,9 @@ void bind_sensing(nb::module_& m, nb::class_<Emulator>& emulator) {
            nb::arg("noise"), nb::arg("bend"), nb::arg("begin_us"), nb::arg("seed"),
            "What a duty makes each coil read, steps, (heard and reference, playing, conversions, "
            "duties).")
+      .def("bump", &bump, nb::kw_only(), nb::arg("steps"), nb::arg("hz"), nb::arg("decay_s"),
+           nb::arg("after_s"),
+           "Let a blow on the desk ring in every coil that is heard: steps of the converter.")
       .def_prop_ro("bridges_awake", [](Emulator& self) { return self.coils().awake(); })
       .def_prop_ro(
           "sensing_faults", [](Emulator& self) -> SensingFaults& { return self.coils().faults(); },

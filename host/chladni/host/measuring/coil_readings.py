@@ -20,6 +20,7 @@ from chladni.calibration.sensing import (
     MULTIPLES,
     CoilReadings,
 )
+from chladni.calibration.wiring import unlike
 from chladni.host.device.device import Device
 from chladni.host.device.link import Answer
 from chladni.host.protocol.codes import SENSE_STATE
@@ -38,6 +39,8 @@ TOO_LOUD_S = 1.6
 """For finding how loud coils may play."""
 RING_UP_MS, FLUX_RING_UP_MS = 25, 5
 FLUX_READINGS = 1
+DISTURBED = 0.1
+"""Share of a pair's two readings by which they may differ before they are read once more."""
 CLEAR_REFERENCE = 20.0
 """Deviations that a reference is above 0 at least: all else is told in its volts."""
 ASK_AGAIN_S = 0.005
@@ -65,7 +68,21 @@ def read_coils(device: Device, board: Board, progress: Report | None = None) -> 
     if not are_of_one_session(reader.heard):
         # A host that was kept from asking for a moment; phases hold for one session.
         reader = _read_all(device, board, progress)
-    return readings_of(board, reader.heard, reader.seconds)
+    readings = readings_of(board, reader.heard, reader.seconds)
+    disturbed = _disturbed(readings)
+    for coil, multiple in disturbed:
+        reader.read(coil, multiple)
+    return readings_of(board, reader.heard, reader.seconds) if disturbed else readings
+
+
+def _disturbed(readings: CoilReadings) -> list[tuple[int, int]]:
+    """What to read again: coils that play, with the frequency, where a pair reads unlike.
+
+    A blow on the desk rings for a moment. What is odd at all frequencies is no blow.
+    """
+    odd = unlike(readings, DISTURBED)
+    odd &= ~odd.all(axis=0)
+    return [(coil, MULTIPLES[k]) for k, coil in np.argwhere(odd.any(axis=1)).tolist()]
 
 
 def _read_all(device: Device, board: Board, progress: Report | None) -> _Reader:
