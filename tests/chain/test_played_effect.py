@@ -122,7 +122,7 @@ def test_a_switchs_bias_stands_before_an_effect_and_is_told_apart(
     assert 0.0 < rested.rise_ms < 4.7 + 2.1 + 1.0
 
 
-@pytest.mark.parametrize("name", ["pulse", "sweep"])
+@pytest.mark.parametrize("name", ["pulse", "sweep", "thud"])
 def test_an_envelope_is_met_within_a_decibel(
     table: Table, board: Board, solved: list[SolvedBoard], name: str
 ) -> None:

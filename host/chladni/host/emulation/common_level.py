@@ -11,7 +11,12 @@ from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.scoring.as_built import PRESS
 from chladni.drives.scoring.several_fingers.finger_sets import finger_sets
-from chladni.host.emulation.felt_over_time import GRID_HZ, FingerPlate, Progress, over_frequency
+from chladni.host.emulation.felt_over_time import (
+    FingerPlate,
+    Progress,
+    frequencies_of,
+    over_frequency,
+)
 from chladni.sim.board.board import Board
 
 FloatArray = NDArray[np.float64]
@@ -34,7 +39,7 @@ def common_level(
     solved = over_frequency(board, progress) if solved is None else solved
     rng = np.random.default_rng(SEED)
     places = finger_sets(board, 2, PLACES // 2, LEAST_APART, rng).reshape(-1, 2)
-    hz, own = np.array(GRID_HZ), board.drive.frequency_hz
+    hz, own = frequencies_of(solved), board.drive.frequency_hz
     levels = []
     for plate in FingerPlate.each_alone(solved, places, PRESS):
         level = plate.level(0, own)

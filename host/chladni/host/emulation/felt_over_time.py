@@ -1,9 +1,9 @@
 """What fingers feel over time of whatever the pins play: from duties to displacement.
 
 A coil's force follows the mean current of each carrier period. What that does under a finger is a
-filter, the plate's response with all fingers on it, known at a few frequencies and joined by cubic
-splines: below a plate's first resonance it is smooth. Beyond the last of them nothing is left of
-signals that were low-passed at 250 Hz.
+filter, the plate's response with all fingers on it, known at some frequencies and joined by cubic
+splines: below a plate's first resonance it is smooth, and near resonances they lie closer. Beyond
+the last of them nothing is left of signals that were low-passed at 250 Hz.
 """
 
 from __future__ import annotations
@@ -20,12 +20,14 @@ from chladni.drives.fingers.silence import real_part
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.scoring.felt import MICROMETRE
 from chladni.drives.scoring.several_fingers.finger_sets import finger_discs, pushed_back
+from chladni.effects.low_pass import EDGE_HZ
 from chladni.host.emulation.emulator import Recording
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.coil.circuit import circuit_of
 from chladni.sim.coil.full_drive import strengths
 from chladni.sim.errors import MissingError
+from chladni.sim.fields.driven import at_coils
 from chladni.sim.image.finger import pressing_stiffness
 
 FloatArray = NDArray[np.float64]
@@ -34,8 +36,14 @@ ComplexArray = NDArray[np.complex128]
 RATE_HZ = 80e6 / 2**14
 """Of displacements: carrier periods' means, 4883 a second."""
 GRID_HZ = (2.0, *np.arange(15.0, 315.0, 15.0).tolist(), 330.0, 360.0, 400.0, 450.0, 520.0, 600.0)
-"""Frequencies at which the plate is solved. On `strip5` responses between them are right within
+"""Frequencies at which every plate is solved. On `strip5` responses between them are right within
 0.2 % up to 280 Hz, and within 2 % where they are 25 Hz apart."""
+ROUGH, FINEST_HZ = 0.1, 2.0
+"""Share by which splines without a frequency may miss it before both intervals beside it are
+halved, and how wide one is at least. With it they miss what lies between by a tenth of that. Above
+250 Hz four times as much an octave, for half of what the low-pass takes in decibels."""
+BESIDE = 4
+"""Frequencies on either side by which one is foretold."""
 FELT_FROM_HZ = 40.0
 """A finger feels little below; a second-order Butterworth high-pass."""
 PAD_S = 0.25
@@ -47,13 +55,46 @@ Progress = Callable[[int, int], None]
 
 
 def over_frequency(board: Board, progress: Progress | None = None) -> list[SolvedBoard]:
-    """A board solved at each of `GRID_HZ`, for any number of `FingerPlate`s."""
-    solved, found = solved_board(board), []
-    for hz in GRID_HZ:
-        found.append(solved.at_frequency(hz))
-        if progress is not None:
-            progress(len(found), len(GRID_HZ))
-    return found
+    """A board solved at `GRID_HZ`, and closer where it resonates, for any number of `FingerPlate`s.
+
+    In the order of their frequencies.
+    """
+    solved = solved_board(board)
+    found: dict[float, SolvedBoard] = {}
+    wanted = list(GRID_HZ)
+    while wanted:
+        count = len(found) + len(wanted)
+        for hz in wanted:
+            found[hz] = solved.at_frequency(hz)
+            if progress is not None:
+                progress(len(found), count)
+        wanted = _between(found)
+    return [found[hz] for hz in sorted(found)]
+
+
+def frequencies_of(solved: Sequence[SolvedBoard]) -> FloatArray:
+    """Hz at which a board was solved."""
+    return np.array([own.board.drive.frequency_hz for own in solved])
+
+
+def _between(found: dict[float, SolvedBoard]) -> list[float]:
+    """Middles of intervals beside a frequency that the others do not foretell."""
+    hz = np.array(sorted(found))
+    values = np.array([_at_coils(found[own]) for own in hz.tolist()])
+    middles = set()
+    for k in range(1, len(hz) - 1):
+        near = [i for i in range(max(0, k - BESIDE), min(len(hz), k + BESIDE + 1)) if i != k]
+        off = np.abs(CubicSpline(hz[near], values[near])(hz[k]) - values[k]).max()
+        if off > ROUGH * max(1.0, hz[k] / EDGE_HZ) ** 2 * np.abs(values[k]).max():
+            beside = ((hz[k - 1], hz[k]), (hz[k], hz[k + 1]))
+            middles |= {(a + b) / 2.0 for a, b in beside if b - a > 2.0 * FINEST_HZ}
+    return sorted(middles)
+
+
+def _at_coils(solved: SolvedBoard) -> ComplexArray:
+    """What each coil does at each, m/N: a few of all places."""
+    board = solved.board
+    return np.array([at_coils(board, own) for own in np.asarray(solved.fields.values)])
 
 
 @dataclass(frozen=True)
@@ -65,6 +106,8 @@ class FingerPlate:
 
     Attributes
     ----------
+    hz
+        At which it was solved, shape (frequencies,).
     free
         For each finger what each coil does at each point of its disc without fingers, complex128,
         shape (frequencies, points, actuators), m/N.
@@ -74,6 +117,7 @@ class FingerPlate:
         How hard each finger presses.
     """
 
+    hz: FloatArray
     free: tuple[ComplexArray, ...]
     pushes: tuple[ComplexArray, ...]
     newtons: float
@@ -81,21 +125,22 @@ class FingerPlate:
     @classmethod
     def of(cls, solved: Sequence[SolvedBoard], places: FloatArray, newtons: float) -> FingerPlate:
         """Fingers at places (fingers, 2), m, on a board `over_frequency`, pressing with newtons."""
-        return cls(*_discs(solved, places), newtons)
+        return cls(frequencies_of(solved), *_discs(solved, places), newtons)
 
     @classmethod
     def each_alone(
         cls, solved: Sequence[SolvedBoard], places: FloatArray, newtons: float
     ) -> list[FingerPlate]:
         """The same with one finger each, all solved for together."""
+        hz = frequencies_of(solved)
         return [
-            cls((free,), (pushes[:, :, finger, None],), newtons)
+            cls(hz, (free,), (pushes[:, :, finger, None],), newtons)
             for finger, (free, pushes) in enumerate(zip(*_discs(solved, places), strict=True))
         ]
 
     def level(self, finger: int, reference_hz: float) -> FloatArray:
-        """What a finger gets of the loudest real drive at each of `GRID_HZ`, m/N."""
-        hz = np.array(GRID_HZ)
+        """What a finger gets of the loudest real drive at each of `hz`, m/N."""
+        hz = self.hz
         pushes = self.pushes[finger].mean(axis=1)
         means = self.free[finger].mean(axis=1) - np.einsum("fj,fja->fa", pushes, self._pushed(hz))
         nearest = int(np.argmin(np.abs(hz - reference_hz)))
@@ -105,7 +150,7 @@ class FingerPlate:
         """What each finger pushes back with for a newton of each coil; (hz, fingers, actuators)."""
         stiffness = np.array([pressing_stiffness(self.newtons, one) for one in hz.tolist()])
         free, pushes = (
-            [CubicSpline(GRID_HZ, own.mean(axis=1))(hz) for own in discs]
+            [CubicSpline(self.hz, own.mean(axis=1))(hz) for own in discs]
             for discs in (self.free, self.pushes)
         )
         return pushed_back(free, pushes, stiffness[:, None, None])
@@ -120,25 +165,28 @@ class FingerPlate:
         padded = np.concatenate((np.repeat(first, pad, 0), forces, np.repeat(last, pad, 0)))
         spectrum = np.fft.rfft(padded - first, axis=0)
         frequencies = np.fft.rfftfreq(len(padded), 1.0 / RATE_HZ)
-        is_known = frequencies <= GRID_HZ[-1]
-        hz = np.maximum(frequencies[is_known], GRID_HZ[0])
+        is_known = frequencies <= self.hz[-1]
+        hz = np.maximum(frequencies[is_known], self.hz[0])
         back = np.einsum("fja,fa->fj", self._pushed(hz), spectrum[is_known])
         free, pushes = self.free[finger], self.pushes[finger]
         answer = np.zeros((free.shape[1], len(frequencies)), dtype=np.complex128)
         for coil in range(forces.shape[1]):
-            own = CubicSpline(GRID_HZ, free[:, :, coil])(hz)
+            own = CubicSpline(self.hz, free[:, :, coil])(hz)
             answer[:, is_known] += own.T * spectrum[is_known, coil]
         for other in range(back.shape[1]):
-            own = CubicSpline(GRID_HZ, pushes[:, :, other])(hz)
+            own = CubicSpline(self.hz, pushes[:, :, other])(hz)
             answer[:, is_known] -= own.T * back[:, other]
         return np.asarray(np.fft.irfft(answer, len(padded), axis=1)[:, pad:-pad])
 
     def felt_um(self, forces: FloatArray, finger: int) -> FloatArray:
         """As `moved`, of what moves it above 40 Hz, µm."""
-        sections = scipy.signal.butter(2, FELT_FROM_HZ, "highpass", fs=RATE_HZ, output="sos")
-        return np.asarray(
-            scipy.signal.sosfilt(sections, self.moved(forces, finger), axis=1) / MICROMETRE
-        )
+        return felt_of(self.moved(forces, finger)) / MICROMETRE
+
+
+def felt_of(moved: FloatArray) -> FloatArray:
+    """What moves above 40 Hz of anything at `RATE_HZ`, shape (…, times)."""
+    sections = scipy.signal.butter(2, FELT_FROM_HZ, "highpass", fs=RATE_HZ, output="sos")
+    return np.asarray(scipy.signal.sosfilt(sections, moved, axis=-1))
 
 
 def _discs(

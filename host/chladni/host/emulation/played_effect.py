@@ -19,12 +19,12 @@ from chladni.effects.flatten import flattened
 from chladni.host.emulation._emulator import area_at
 from chladni.host.emulation.emulator import Emulator, Recording, TouchEvent
 from chladni.host.emulation.felt_over_time import (
-    GRID_HZ,
     LATEST_S,
     RATE_HZ,
     FingerPlate,
     Progress,
     envelope_error_db,
+    felt_of,
     forces_of,
     over_frequency,
     rms,
@@ -62,7 +62,7 @@ class PlayedEffect:
         From the touch on, or from the effect's beginning under a finger that rested, shape
         (times,).
     asked
-        The effect as it is played, once and at its level, -1 to 1, from when coils get it.
+        The effect as it is played, once and at its level, from when coils get it, above 40 Hz.
     own_um
         Mean displacement under its finger, above 40 Hz, µm.
     other_um
@@ -168,8 +168,8 @@ def play_effect(
     solved = over_frequency(board, progress) if solved is None else solved
     plate = FingerPlate.of(solved, places, newtons)
     asked_samples = effect.samples(SIGNAL_HZ)
-    own_hz, grid_hz = board.drive.frequency_hz, np.array(GRID_HZ)
-    flat = flattened(asked_samples, SIGNAL_HZ, grid_hz, plate.level(0, own_hz), own_hz)
+    own_hz = board.drive.frequency_hz
+    flat = flattened(asked_samples, SIGNAL_HZ, plate.hz, plate.level(0, own_hz), own_hz)
     emulator = Emulator(board, table, level=1.0, bank=bank or b"")
     bias_s = _bias_s(board, beside_another=other_mm is not None)
     samples = np.pad(flat, (round(RESTED_S * SIGNAL_HZ) if rested else 0, 0))
@@ -191,6 +191,8 @@ def play_effect(
     stands = round((begins + first_s + bias_s) * recording.carrier_hz)
     latest_s, sent = first_s + bias_s + LATEST_S, asked_samples if bank else flat
     asked, playing = _aligned(level * asked_samples, sent, forces[first:], latest_s)
+    # A finger would feel no more of it if the plate did just what was asked.
+    asked = felt_of(asked)
     sizes = np.abs(own)
     largest = float(sizes[playing].max())
     risen = (playing.start + float(np.flatnonzero(sizes[playing] >= 0.9 * largest)[0])) / RATE_HZ
