@@ -191,8 +191,6 @@ def play_effect(
     stands = round((begins + first_s + bias_s) * recording.carrier_hz)
     latest_s, sent = first_s + bias_s + LATEST_S, asked_samples if bank else flat
     asked, playing = _aligned(level * asked_samples, sent, forces[first:], latest_s)
-    # A finger would feel no more of it if the plate did just what was asked.
-    asked = felt_of(asked)
     sizes = np.abs(own)
     largest = float(sizes[playing].max())
     risen = (playing.start + float(np.flatnonzero(sizes[playing] >= 0.9 * largest)[0])) / RATE_HZ
@@ -272,11 +270,11 @@ def _bias_s(board: Board, *, beside_another: bool) -> float:
 def _aligned(
     asked: FloatArray, sent: FloatArray, forces: FloatArray, latest_s: float
 ) -> tuple[FloatArray, slice]:
-    """The asked samples at `RATE_HZ`, as late as coils get them, and when an answer to them lasts.
+    """What a finger would feel of the asked samples, and when an answer to them lasts.
 
-    `sent` is what the device makes of them. They are found in steps of forces, as those have no
-    bias. A plate's answer may begin earlier or later by its phase, and the first duty comes late:
-    an effect begins softly.
+    At `RATE_HZ`, as late as coils get them, on a plate that does just that. `sent` is what the
+    device makes of them, found in steps of forces, as those have no bias. A plate's answer may
+    begin earlier or later by its phase, and the first duty comes late: an effect begins softly.
     """
     count = len(forces)
     shape, steps = np.diff(_at_rate(sent, count), append=0.0), np.diff(forces, axis=0, append=0.0)
@@ -285,7 +283,7 @@ def _aligned(
     begin = int(np.argmax(late))
     lasts = round((len(asked) / SIGNAL_HZ + LATEST_S) * RATE_HZ)
     moved = np.concatenate((np.zeros(begin), _at_rate(asked, count)[: count - begin]))
-    return moved, slice(begin, min(begin + lasts, count))
+    return felt_of(moved), slice(begin, min(begin + lasts, count))
 
 
 def _at_rate(samples: FloatArray, count: int) -> FloatArray:
