@@ -53,6 +53,7 @@ LONG = (
     "design/test_cluster.py",
     "design/test_layouts.py::test_a_quincunx_is_among_the_layouts_that_a_search_begins_with",
     "design/test_search.py::test_a_search_with_lists_says_nothing_of_the_boards_it_left_out",
+    "design/test_search.py::test_time_ends_layouts_and_the_search_goes_on_from_those_it_used",
     "design/test_search.py::test_more_boards_go_on_from_fewer_and_time_ends_a_search",
     "design/test_search.py::test_the_command_writes_a_board_that_scores_as_said",
     "design/test_search.py::test_two_processes_find_the_same",

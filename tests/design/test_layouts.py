@@ -131,6 +131,28 @@ def test_fields_of_candidates_are_those_of_a_plate_with_their_masses() -> None:
     assert np.all(change > 0.1)
 
 
+def test_a_layouts_figure_is_the_loudest_far_point_place_by_place(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """With three places in two products, of which the middle one has no far point."""
+    monkeypatch.setattr("chladni.design.exchange.TOGETHER", 2)
+    rng = np.random.default_rng(1)
+    fields = rng.normal(size=(3, 30)) + 1j * rng.normal(size=(3, 30))
+    fingers, far = rng.random((3, 30)), (rng.random((3, 30)) < 0.5).astype(float)
+    far[1] = 0.0
+    levels = []
+    for k in (0, 2):
+        beside, mean = fields[:, far[k] > 0.0], fields @ fingers[k]
+        form = beside.conj() @ beside.T
+        drive = np.linalg.solve(form, mean.conj())
+        ratio = abs(drive @ mean) / np.max(np.abs(drive @ beside))
+        levels.append(20.0 * np.log10(ratio))
+    plain = Plain(fields, np.zeros((3, 3), complex), fingers, far, 0.0j)
+    wanted = np.quantile(levels, 0.1) + 0.1 * np.median(levels)
+    # What is added to the forms' diagonals, a millionth, moves a level by as much.
+    assert plain.figure([0, 1, 2]) == pytest.approx(wanted, abs=1e-3)
+
+
 def test_exchange_finds_the_best_of_all_pairs() -> None:
     """Of two coils along a strip all pairs can be tried."""
     board = board_with([(0.0, -9.0), (0.0, 9.0)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 import warnings
 from pathlib import Path
@@ -248,13 +249,31 @@ def test_a_search_of_few_choices_goes_on(tmp_path: Path) -> None:
         pass
 
     def stop(done: int, _: int) -> None:
-        if done:
+        if done > 1:
             raise StopError
 
     for _ in range(2):
         with pytest.raises(StopError):
             design(spec, jobs=1, samples=1, partial_file=kept, progress=stop)
         assert kept.read_text(encoding="utf-8").count('"layouts ') == 2
+
+
+def test_time_ends_layouts_and_the_search_goes_on_from_those_it_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of two plates' layouts time has room for the first one, whose board is scored at once."""
+    plate = {"thickness_mm": {"any": [0.2, 0.3, 0.4, 0.5]}}
+    spec, kept = spec_of(small(design={"evaluations": 20}, plate=plate)), tmp_path / "kept"
+    monkeypatch.setattr("chladni.design.search.AT_THE_START", 0.0)
+    first = design(spec, jobs=1, samples=1, minutes=1.0, partial_file=kept)
+    begun = re.findall(r'"name": "(\w+)', kept.read_text(encoding="utf-8"))
+    assert begun[:3] == ["layouts", "board", "starts"]
+    assert begun.count("layouts") == 1
+    monkeypatch.undo()
+    # It goes on from those layouts: with more of them it would begin elsewhere.
+    again = design(spec, jobs=1, samples=1, minutes=1.0, partial_file=kept)
+    assert (again.evaluations, again.best) == (first.evaluations, first.best)
+    assert kept.read_text(encoding="utf-8").count('"layouts ') == 1
 
 
 def entry(second: float, um_db: float, coils: int) -> Entry:

@@ -48,6 +48,32 @@ def test_ranges_lists_and_free_are_found_where_they_stand() -> None:
     assert board.image.points == (25, 91)
 
 
+def test_feet_with_the_same_list_of_parts_are_one_choice() -> None:
+    kinds, other = ["rubber-foot-10x5", "rubber-foot-6x6"], ["rubber-foot-6x6", "silicone-foot-8x3"]
+    lists = [kinds, other, kinds]
+    feet = [
+        {"at_mm": [0.0, y], "part": {"any": own}}
+        for y, own in zip((-12.0, 0.0, 12.0), lists, strict=True)
+    ]
+    spec = spec_of(small(springs=feet))
+    assert len(spec.variables) == 2
+    document = document_of(spec, [1.0, 1.0], None)
+    assert [one["part"] for one in document["springs"]] == [kinds[1], other[1], kinds[1]]
+
+
+def test_a_board_that_cannot_be_is_named_before_any_layout(
+    tmp_path: Path, chladni: CommandLine
+) -> None:
+    spec = tmp_path / "s.toml"
+    feet = [{"at_mm": [0.0, 20.0], "part": "rubber-foot-6x6"}]
+    spec.write_text(tomlkit.dumps(small(springs=feet)), encoding="utf-8")
+    done = chladni("design", spec, "-o", tmp_path / "own.toml", "--jobs", "1")
+    assert done.code == 2
+    limits = "the whole spring is on the plate: |x| up to 6, |y| up to 16, got [0.0, 20.0]"
+    assert f"springs[0].at_mm: expected a place where {limits}" in done.err
+    assert [one.name for one in tmp_path.iterdir()] == ["s.toml"]
+
+
 def test_a_material_stands_for_its_numbers_and_is_replaced_by_those_given() -> None:
     places = [(0.0, -9.0), (0.0, 9.0)]
     own = small(plate={"material": "aluminium", "loss_factor": 0.01})
@@ -76,12 +102,12 @@ def test_coils_stand_as_close_as_they_can_be_wound() -> None:
 
 
 def test_the_feet_of_a_sheet_may_be_open() -> None:
-    """Each foot's part alone, as catalogued; a part that there is not is refused at once."""
+    """All feet's part as one, as catalogued; a part that there is not is refused at once."""
     text = (ROOT / "boards" / "specs" / "feet5.toml").read_text("utf-8")
     part = 'part = "rubber-foot-6x6"'
     assert len(parse_spec(text, file="feet5.toml").variables) == 1
     both = text.replace(part, 'part = { any = ["rubber-foot-6x6", "rubber-foot-10x5"] }')
-    assert len(parse_spec(both, file="feet5.toml").variables) == 7
+    assert len(parse_spec(both, file="feet5.toml").variables) == 2
     with pytest.raises(InputError, match=r"springs\[0\]\.part: expected one of"):
         parse_spec(both.replace("10x5", "10x9"), file="feet5.toml")
 

@@ -184,6 +184,7 @@ def test_methods_effects_designs_and_tables_are_summed_up() -> None:
     assert "1.4 dB more at the worst tenth; fingers notice 2.3 dB. The finger itself m" in told
     told = of_design(found | {"fingers_um": 1.62}, for_fingers={2: 41.2})
     assert "2 fingers 41 dB apart at nine of ten places, at 1.6 µm or more each. One" in told
+    assert "2 fingers 0 dB apart" in of_design(found | {"fingers_um": 1.6}, for_fingers={2: -0.2})
     assert "Its drives are those that focus best" in of_table("focus", 0, 9)
     of_both = of_table("focus", 0, 9, second_finger_db=-0.4, for_fingers=True)
     assert (

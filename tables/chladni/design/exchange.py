@@ -43,6 +43,8 @@ BAD_TAIL, TYPICAL = 0.1, 0.1
 SWEEPS = 4
 """Of exchanging every orbit; usual are 2 or 3."""
 TOLERANCE = 2e-2
+TOGETHER = 128
+"""Places whose drives are found in one product: their memory is bounded on a large sheet."""
 PACKINGS, PACKING_SEED = 200, 1
 """How often coils are thrown on the plate where choosing one after the other leaves no room."""
 
@@ -60,7 +62,7 @@ class Plain:
     fingers
         Rows that take the mean under the finger at each place, shape (places, points).
     far
-        Which points count as a second finger's, shape (places, points).
+        1 at points that count as a second finger's, else 0, shape (places, points).
     delta
         What a coil adds to the plate where it stands, N/m.
     """
@@ -68,7 +70,7 @@ class Plain:
     fields: ComplexArray
     at_coils: ComplexArray
     fingers: FloatArray
-    far: NDArray[np.bool_]
+    far: FloatArray
     delta: complex
 
     @classmethod
@@ -100,27 +102,39 @@ class Plain:
             # A disc that far away begins a finger's radius nearer.
             far.append(distance >= asked.silent_from - 0.5 * metrics.FINGERTIP_RADIUS)
         at_coils = flat @ np.array([disc / disc.sum() for disc in under]).T
-        return cls(flat, at_coils, np.array(fingers), np.array(far), _added(board))
+        return cls(flat, at_coils, np.array(fingers), np.array(far, float), _added(board))
 
     def figure(self, chosen: Sequence[int]) -> float:
         """How well coils at these candidates focus, dB."""
         own = list(chosen)
         coupling = np.eye(len(own)) + self.delta * self.at_coils[np.ix_(own, own)]
-        fields = np.linalg.solve(coupling.T, self.fields[own])
+        fields = np.asarray(np.linalg.solve(coupling.T, self.fields[own]), complex)
         means = self.fingers @ fields.T
-        levels = []
-        for mean, far in zip(means, self.far, strict=True):
-            beside = fields[:, far]
-            if not beside.size:
-                continue
-            form = beside.conj() @ beside.T
-            form += SOUND * np.trace(form).real / len(own) * np.eye(len(own))
-            drive = np.linalg.solve(form, mean.conj())
-            loudest = float(np.max(np.abs(drive @ beside) ** 2))
-            levels.append(10.0 * np.log10(abs(drive @ mean) ** 2 / max(loudest, 1e-300)))
-        if not levels:
+        parts = [slice(first, first + TOGETHER) for first in range(0, len(means), TOGETHER)]
+        levels = np.concatenate([_levels(fields, means[own], self.far[own]) for own in parts])
+        if not levels.size:
             return 0.0
         return float(np.quantile(levels, BAD_TAIL) + TYPICAL * np.median(levels))
+
+
+def _levels(fields: ComplexArray, means: ComplexArray, far: FloatArray) -> FloatArray:
+    """The loudest far point below the finger at each place that has any, dB.
+
+    All places in one product: a figure takes a quarter of the time that place by place takes.
+    """
+    has_far = far.any(axis=1)
+    means, far, coils = means[has_far], far[has_far], len(fields)
+    forms = np.empty((len(far), coils, coils), complex)
+    for row, own in enumerate(fields.conj()):
+        pairs = (own * fields).T
+        forms[:, row] = far @ pairs.real + 1j * (far @ pairs.imag)
+    traces = np.trace(forms, axis1=1, axis2=2).real / coils
+    forms += SOUND * traces[:, None, None] * np.eye(coils)
+    drives = np.linalg.solve(forms, means.conj()[..., None])[..., 0]
+    made = drives @ fields
+    loudest = np.max((made.real**2 + made.imag**2) * far, axis=1, initial=1e-300)
+    under = np.abs(np.sum(drives * means, axis=1)) ** 2
+    return np.asarray(10.0 * np.log10(under / loudest))
 
 
 def best_layouts(

@@ -14,7 +14,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, replace
 from functools import partial
-from itertools import product
+from itertools import product, takewhile
 from pathlib import Path
 from typing import Any
 
@@ -33,10 +33,12 @@ from chladni.design.last_boards import (
     expected_s,
     last_boards,
 )
+from chladni.design.remembered import name_of, remembered
 from chladni.design.spec import Spec
 from chladni.design.starts import (
     KEPT,
     Point,
+    check_boards,
     chosen,
     document_at,
     layouts_of,
@@ -44,7 +46,7 @@ from chladni.design.starts import (
 )
 from chladni.design.strategy import DRAWN, fitting, strategy
 from chladni.design.variables import Choice, Document
-from chladni.drives.checkpoint import Checkpoint, digest
+from chladni.drives.checkpoint import Checkpoint, Result, digest
 from chladni.drives.methods import SEED, Progress
 from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.workers import Workers
@@ -54,6 +56,12 @@ from chladni.sim.errors import ArgumentError, InputError
 STARTS = 2
 AT_THE_END = 0.4
 """Share of a search's time that is kept back to compare the last few, at most."""
+AT_THE_START = 0.25
+"""Share of it after which no more layouts are looked for."""
+USED = "starts"
+"""In the checkpoint, of a search whose time ended its layouts: how many rows of them it has."""
+UNSEEN = -np.inf
+"""Score of a board for which there was no time."""
 
 OnBoard = Callable[[Entry, bool], None]
 
@@ -85,7 +93,7 @@ def design(
         Drawn boards by which the last few are compared.
     minutes
         For all of it, roughly. The last few get fewer drawn boards where time is short; they and
-        the first layouts are scored anyway. 0 ends a search with all drawn boards.
+        the first layout are scored anyway. 0 ends a search with all drawn boards.
     progress
         Called with (done, all) after each layout and board; the last few count for `boards_more`,
         and `all` is less at the end of a search that ended early. What it raises ends the search.
@@ -104,6 +112,7 @@ def design(
         No board can be what the SPEC asks for; names what stands in the way of the nearest.
     """
     started = time.perf_counter()
+    check_boards(spec, seed)
     ends = np.inf if minutes is None else started + 60.0 * minutes
     # No board's own score depends on how many are looked at.
     alike = replace(spec, settings=replace(spec.settings, evaluations=1))
@@ -144,6 +153,7 @@ class _Run:
         self._seen: dict[str, tuple[Document, Evaluation]] = {}
         self._seconds: list[float] = []
         self._best = -np.inf
+        self._started, self._ends = 0.0, np.inf  # readings of the clock, s
 
     @property
     def looked_at(self) -> int:
@@ -152,7 +162,7 @@ class _Run:
 
     def search(self, started: float, ends: float) -> None:
         """Look at as many boards as the SPEC and the time allow; the two are clock readings, s."""
-        spec = self._spec
+        spec, self._started, self._ends = self._spec, started, ends
         if not spec.places_are_free and all(isinstance(one, Choice) for one in spec.variables):
             count = int(np.prod([one.most + 1.0 for one in spec.variables]))
             if count <= spec.settings.evaluations:
@@ -160,26 +170,26 @@ class _Run:
                 self._look([Point(None, tuple(map(float, one)), ()) for one in whole])
                 return
         starts = self._starts()
-        self._tell_pace(ends, self._kept_back(started, ends))
+        self._tell_pace()
         share = spec.settings.evaluations / len(starts)
         for number, own in enumerate(starts, 1):
             last = round(number * share)
             for turn, start in enumerate(own):
                 left = last - self.looked_at
                 part = (number - 1 + (turn + 1) / len(own)) / len(starts)
-                until = started + part * (ends - self._kept_back(started, ends) - started)
+                until = started + part * (ends - self._kept_back() - started)
                 self._climb(start, left // (len(own) - turn), turn, until)
 
-    def _kept_back(self, started: float, ends: float) -> float:
+    def _kept_back(self) -> float:
         """Seconds for the end, by what a board takes now."""
-        return min(self.seconds_to_compare(USUAL), AT_THE_END * (ends - started))
+        return min(self.seconds_to_compare(USUAL), AT_THE_END * (self._ends - self._started))
 
     def _room(self, until: float) -> int | None:
         return boards_in(until - time.perf_counter(), self._seconds, self._workers.jobs)
 
-    def _tell_pace(self, ends: float, kept_back: float) -> None:
+    def _tell_pace(self) -> None:
         """How many boards it comes to; progress is of so many from now on."""
-        asked, room = self._spec.settings.evaluations, self._room(ends - kept_back)
+        asked, room = self._spec.settings.evaluations, self._room(self._ends - self._kept_back())
         if room is not None:
             self._most = min(self._kept.count("board ") + room, asked)
         if self._on_pace and self._seconds:
@@ -219,24 +229,18 @@ class _Run:
         if not spec.places_are_free:
             points = [Point(None, numbers, ()) for numbers in scanned[:KEPT]]
             return [self._ranked(points)[:STARTS]]
-        tasks = [(count, numbers) for count in spec.coils for numbers in scanned]
-        rows, found = [], []
-        for row in self._remembered("layouts", tasks, partial(layouts_of, spec)):
-            rows.append(row)
-            self._tell_progress()
+        tasks = [(count, numbers) for numbers in scanned for count in spec.coils]
+        rows, found = self._layouts(tasks), []
         for count in spec.coils:
             own = [
                 one
-                for (coils, _), row in zip(tasks, rows, strict=True)
+                for (coils, _), row in zip(tasks, rows, strict=False)  # time may have ended them
                 if coils == count
                 for one in row["layouts"]
             ]
-            if own:
-                found.append(self._ranked(chosen(own))[:STARTS])
+            if own and (ranked := self._ranked(chosen(own))):
+                found.append(ranked[:STARTS])
         if not found:
-            faults = [row["fault"] for row in rows if "fault" in row]
-            if faults:
-                raise InputError(**faults[0])
             raise InputError(
                 "design.coils",
                 list(spec.coils),
@@ -244,9 +248,33 @@ class _Run:
             )
         return found
 
+    def _layouts(self, tasks: Sequence[tuple[int, tuple[float, ...]]]) -> list[dict[str, Any]]:
+        """Rows of `layouts_of`, from the first on as many as there is time for.
+
+        The first row's best layout is scored before the others are found, so that a search has a
+        board soon: without mirrors a row takes ten times as long as with both.
+        """
+        used = self._kept.get(USED)
+        tasks = tasks[: used["rows"]] if used else tasks
+        until = self._started + AT_THE_START * (self._ends - self._started)
+        rows: list[dict[str, Any]] = []
+        for own in (tasks[:1], tasks[1:]):
+            found = self._remembered("layouts", own, partial(layouts_of, self._spec), until)
+            for row in takewhile(lambda one: one is not None, found):
+                rows.append(row)
+                self._tell_progress()
+            if len(rows) == 1:
+                self._look(chosen(rows[0]["layouts"])[:1])
+        if len(rows) < len(tasks) and time.perf_counter() < self._ends:
+            # With more of them later the search would leave the path that it begins now.
+            self._kept.put(USED, {"rows": len(rows)})
+        return rows
+
     def _ranked(self, points: Sequence[Point]) -> list[Point]:
-        scores = self._look(points)
-        return [points[k] for k in np.argsort([-one for one in scores], kind="stable")]
+        """Those that there is time to look at, the best first."""
+        scores = self._look(points, self._ends - self._kept_back())
+        ranked = np.argsort([-one for one in scores], kind="stable")
+        return [points[k] for k in ranked if scores[k] > UNSEEN]
 
     def _climb(self, start: Point, evaluations: int, turn: int, until: float) -> None:
         """CMA-ES from a point, over so many boards, until a reading of the clock."""
@@ -269,19 +297,23 @@ class _Run:
                 warnings.filterwarnings("ignore", r"\s*tell: \d+ solution")
                 own.tell(asked, scores)
 
-    def _look(self, points: Sequence[Point]) -> list[float]:
+    def _look(self, points: Sequence[Point], until: float = np.inf) -> list[float]:
         """Scores of boards, those that were seen before without looking again."""
         documents = [document_at(self._spec, point) for point in points]
         names = [digest(document) for document in documents]
         new = {n: d for n, d in zip(names, documents, strict=True) if n not in self._seen}
-        rows = self._remembered("board", list(new.items()), partial(judged, self._spec, self._seed))
+        work = partial(judged, self._spec, self._seed)
+        rows = self._remembered("board", list(new.items()), work, until)
         for (name, document), row in zip(new.items(), rows, strict=True):
+            if row is None:
+                continue
             found = Evaluation(**row["evaluation"])
             if found.broken is None:
                 self._seconds.append(row["seconds"])
             self._seen[name] = (document, found)
             self._tell(Entry(document, found))
-        return [self._seen[name][1].robust_score for name in names]
+        seen = [self._seen.get(name) for name in names]
+        return [UNSEEN if one is None else one[1].robust_score for one in seen]
 
     def _of_checkpoint(self, points: Sequence[Point]) -> list[Point]:
         """Those that cost no time: a run before this one looked at them."""
@@ -289,7 +321,7 @@ class _Run:
         for point in points:
             document = document_at(self._spec, point)
             task = (digest(document), document)
-            if task[0] in self._seen or self._kept.get(_named("board", task)) is not None:
+            if task[0] in self._seen or self._kept.get(name_of("board", task)) is not None:
                 found.append(point)
         return found
 
@@ -308,17 +340,11 @@ class _Run:
             self._progress(min(self.looked_at, most), most + boards_more(self._spec, self._samples))
 
     def _remembered(
-        self, what: str, tasks: Sequence[Any], work: Callable[[Any], dict[str, Any]]
-    ) -> Iterator[dict[str, Any]]:
-        """Results of tasks as they come, from the checkpoint where they are in it."""
-        names = [_named(what, task) for task in tasks]
-        kept = [self._kept.get(name) for name in names]
-        new = [task for task, one in zip(tasks, kept, strict=True) if one is None]
-        done = self._workers.map(work, new)
-        for name, one in zip(names, kept, strict=True):
-            yield self._kept.put(name, next(done)) if one is None else one
+        self, what: str, tasks: Sequence[Any], work: Callable[[Any], Result], until: float
+    ) -> Iterator[Any]:
+        """As `remembered`, until a reading of the clock, and on from there to the first board."""
 
+        def is_late() -> bool:
+            return time.perf_counter() >= until and self._best > -np.inf
 
-def _named(what: str, task: Any) -> str:
-    """A task's result in the checkpoint."""
-    return f"{what} {digest(task)}"
+        return remembered(self._kept, self._workers, what, tasks, work, is_late)

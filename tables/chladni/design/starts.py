@@ -93,6 +93,26 @@ def spread_numbers(spec: Spec, seed: int) -> list[tuple[float, ...]]:
     return list(dict.fromkeys(tuple(map(float, row)) for row in rows))
 
 
+def check_boards(spec: Spec, seed: int) -> None:
+    """Raise what is wrong with the first board of a SPEC whose coils are to be placed.
+
+    Raises
+    ------
+    InputError
+        None of the boards for which layouts would be looked for can be, whatever its coils' places.
+    """
+    faults = []
+    for numbers in spread_numbers(spec, seed) if spec.places_are_free else []:
+        try:
+            completed_board(document_of(spec, numbers, [(0.0, 0.0)]))
+        except InputError as error:
+            faults.append(error)
+        else:
+            return
+    if faults:
+        raise faults[0]
+
+
 def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any]:
     """Layouts of so many coils by exchange, with these numbers for all else."""
     count, numbers = task
@@ -100,9 +120,8 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
     document = document_of(spec, numbers, [(0.0, 0.0)])
     try:
         board = completed_board(document)
-    except InputError as error:
-        told = {key: str(getattr(error, key)) for key in ("field", "value", "expected", "hint")}
-        return {"layouts": [], "fault": told}
+    except InputError:
+        return {"layouts": []}
     mirrors = _mirrors(spec, board)
     span = (reach[0] * MM, reach[1] * MM)
     step = max(LEAST_STEP, max(span) / STEPS)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import copy
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from chladni.sim.board.catalogue import SHEETS
@@ -49,6 +49,7 @@ class Range:
     high: float
     most: float = 1.0
     is_whole = False
+    also: tuple[Where, ...] = ()
 
     def value(self, share: float) -> float:
         """The number at a share."""
@@ -67,6 +68,8 @@ class Choice:
 
     where: Where
     options: tuple[Any, ...]
+    also: tuple[Where, ...] = ()
+    """Where else the same value goes."""
     is_whole = True
 
     @property
@@ -85,12 +88,24 @@ Variable = Range | Choice
 def variables_of(document: Document) -> list[Variable]:
     """All that is open in a board's document, in its order.
 
+    Feet that may be of the same parts are one choice: a builder buys one kind of them.
+
     Raises
     ------
     InputError
         A range is empty, a list has no choice in it, or `free` stands where it has no meaning.
     """
-    return list(_open(document, ()))
+    found: list[Variable] = []
+    feet: dict[str, int] = {}
+    for own in _open(document, ()):
+        first = len(found)
+        if isinstance(own, Choice) and own.where[::2] == ("springs", "part"):
+            first = feet.setdefault(str(own.options), first)
+        if first == len(found):
+            found.append(own)
+        else:
+            found[first] = replace(found[first], also=(*found[first].also, own.where))
+    return found
 
 
 def _open(value: Any, where: Where) -> Iterator[Variable]:
@@ -132,10 +147,11 @@ def filled(document: Document, variables: Sequence[Variable], numbers: Sequence[
     """The document with a value for each variable."""
     own = copy.deepcopy(document)
     for variable, number in zip(variables, numbers, strict=True):
-        inner: Any = own
-        for key in variable.where[:-1]:
-            inner = inner[key]
-        inner[variable.where[-1]] = variable.value(number)
+        for where in (variable.where, *variable.also):
+            inner: Any = own
+            for key in where[:-1]:
+                inner = inner[key]
+            inner[where[-1]] = variable.value(number)
     return own
 
 

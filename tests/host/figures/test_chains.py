@@ -81,6 +81,8 @@ def test_the_best_board_of_a_front_fills_its_room(is_wide: bool) -> None:
         SimpleNamespace(summary=summary | {"second_finger_20mm_db": own}) for own in (3.0, 4.0)
     ]
     found: Any = SimpleNamespace(front=rows, board=board)
+    (alone,) = front_figure(SimpleNamespace(front=rows[:1], board=board)).axes  # type: ignore[arg-type]
+    assert alone.get_ylabel() == "y / mm"
     figure = front_figure(found)
     figure.draw_without_rendering()
     front, best = figure.axes

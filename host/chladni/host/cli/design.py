@@ -144,6 +144,8 @@ def _say_next(found: Design, spec: Spec, output: Path) -> None:
     if FINGER_TERMS.keys() & spec.weights.keys():
         own = f"{output} --samples {found.draws} --seed {found.seed}"
         say(f"`chladni fingers {own}` scores it within tolerances, as here.")
+        pairs = f"chladni play click --pairs 20 --emulator --board {output}"
+        say(f"Scores are of tones: `{pairs}` tells what clicks keep.")
     foam = " and how much foam twice as stiff takes" if found.board.foundation else ""
     say(f"`chladni board score {output}` says more{foam}.")
 
@@ -288,7 +290,7 @@ def _median(found: Design) -> str:
     if db is None:
         return ""
     level = "" if um is None else f" and {um.median:.2g} µm"
-    return f"The median for one finger is {db.median:.0f} dB 20 mm away{level}."
+    return f"The median for one finger is {db.median:z.0f} dB 20 mm away{level}."
 
 
 def _about_entry(entry: Entry) -> list[str]:
@@ -298,7 +300,7 @@ def _about_entry(entry: Entry) -> list[str]:
         "tolerances, by [design.weights]. Within tolerances nine of ten places have"
     )
     several = [
-        f"{FINGER_TERMS[name]} fingers {own[name]:.1f} dB" for name in FINGER_TERMS if name in own
+        f"{FINGER_TERMS[name]} fingers {own[name]:z.1f} dB" for name in FINGER_TERMS if name in own
     ]
     if several:
         each = f", at {own['fingers_um']:.1f} µm or more each" if "fingers_um" in own else ""

@@ -246,7 +246,7 @@ def _tell_pair(
         for own, (name, place) in enumerate(zip("AB", play.places_mm, strict=True))
     ]
     told = [
-        f"{one['name']} plays: {other} gets {one['isolation_db']:.0f} dB less"
+        f"{one['name']} plays: {other} gets {one['isolation_db']:z.0f} dB less"
         for one, other in zip(rows, "BA", strict=True)
     ]
     result = {"verdict": ". ".join(told) + ".", "name": board.name, "newtons": numbers[1]}
@@ -334,7 +334,7 @@ def _in_short(found: FingersAsBuilt) -> dict[str, str]:
         if own is None:
             continue
         apart = own.isolation_db
-        rows[key] = f"{apart.median:.0f} dB, {apart.p10:.0f} at the worst tenth"
+        rows[key] = f"{apart.median:z.0f} dB, {apart.p10:z.0f} at the worst tenth"
         if own.finger_um is not None:
             rows[key] += f"; {own.finger_um.median:.2g} µm"
     return rows

@@ -27,9 +27,16 @@ def front_figure(found: Design) -> Figure:
 
     Of several fingers where the SPEC weighs them, else of one and a second 20 mm away.
 
-    A board that is wider than long stands below.
+    A board that is wider than long stands below. A front of one board has nothing to compare: only
+    the board is drawn.
     """
     wide, long = found.board.plate.size
+    if len(found.front) == 1:
+        size = (7.0, 1.6 + 6.0 * long / wide) if wide > long else (4.6, 4.6)
+        figure = Figure(figsize=size, layout="constrained")
+        _draw_best(figure.subplots(), found.board)
+        explain_marks(figure, found.board)
+        return figure
     if wide > long:
         figure = Figure(figsize=(7.0, 5.0 + 6.0 * long / wide), layout="constrained")
         left, right = figure.subplots(2, 1, height_ratios=(4.0, 0.6 + 6.0 * long / wide))

@@ -156,8 +156,12 @@ def _check_places(board: BoardParts) -> None:
         rounded_off = np.all(beyond > 0.0) and np.hypot(*beyond) + radius > corner
         if not np.all(inside) or rounded_off:
             what = "magnet" if name.startswith("actuators") else name.split("[")[0].rstrip("s")
+            to, (x, y) = "below" if radius > 0.0 else "up to", (half - radius) / MM
             raise InputError(
-                f"{name}.at_mm", in_mm(at), f"a place where the whole {what} is on the plate"
+                f"{name}.at_mm",
+                in_mm(at),
+                f"a place where the whole {what} is on the plate: |x| {to} {x:g}, |y| {to} {y:g}",
+                hint=f"the plate's corners are round, by {corner / MM:g} mm" if rounded_off else "",
             )
         near = np.sort(tree.query_ball_point(at, (radius + largest) * (1.0 + 1e-9)))
         near = near[near < index]

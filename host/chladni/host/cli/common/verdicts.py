@@ -118,8 +118,8 @@ def of_board(
         kept = two.isolation_db
         condition = "" if has_fingers else ", once its file has [fingers],"
         apart = (
-            f"It keeps two pressing fingers{condition} {kept.median:.0f} dB apart at the median, "
-            f"{kept.p10:.0f} at the worst tenth, as drawn.{_on_stiffer_foam(two, foam_twice)}"
+            f"It keeps two pressing fingers{condition} {kept.median:z.0f} dB apart at the median, "
+            f"{kept.p10:z.0f} at the worst tenth, as drawn.{_on_stiffer_foam(two, foam_twice)}"
         )
     if for_fingers:
         alone = "Drives for one finger, which its device does not play (it plays the loudest):"
@@ -133,7 +133,7 @@ def _on_stiffer_foam(two: CountScore, foam: KeptApart | None) -> str:
     """What two fingers keep of that where the foam differs most from its data sheet."""
     if foam is None:
         return ""
-    told = f"{foam.isolation_db.median:.0f} and {foam.isolation_db.p10:.0f} dB"
+    told = f"{foam.isolation_db.median:z.0f} and {foam.isolation_db.p10:z.0f} dB"
     if two.finger_um is not None and foam.finger_um is not None:
         told += f", and {foam.finger_um.median:.2g} µm each instead of {two.finger_um.median:.2g}"
     often = " Foam is often twice as stiff as its data sheet says"
@@ -254,7 +254,7 @@ def of_design(found: Mapping[str, Any], *, for_fingers: Mapping[int, float]) -> 
     um, each_um = found["finger_um"], found.get("fingers_um")
     if for_fingers:
         told = ", ".join(
-            f"{number} fingers {db:.0f} dB apart" for number, db in for_fingers.items()
+            f"{number} fingers {db:z.0f} dB apart" for number, db in for_fingers.items()
         )
         each = "" if each_um is None else f", at {each_um:.2g} µm or more each"
         alone = "" if um is None else f" One finger alone gets {um:.2g} µm or more."
@@ -315,10 +315,10 @@ def of_responses(report: ResponsesReport, *, with_drives: bool) -> str:
     if lost(one) >= MUCH_DB:
         less = f" A smaller [{block}] pitch_mm than {_pitch(report)} loses less, in a larger table."
     return (
-        f"It keeps two pressing fingers {kept.median:.1f} dB apart{at} at the median, "
-        f"{kept.p10:.1f} at the worst tenth. The board itself has {exact.median:.1f} and "
-        f"{exact.p10:.1f} (`chladni board score`); rounding and {_pitch(report)} mm between places "
-        f"take the rest.{less}"
+        f"It keeps two pressing fingers {kept.median:z.1f} dB apart{at} at the median, "
+        f"{kept.p10:z.1f} at the worst tenth. The board itself has {exact.median:z.1f} and "
+        f"{exact.p10:z.1f} (`chladni board score`); rounding and {_pitch(report)} mm between "
+        f"places take the rest.{less}"
     )
 
 

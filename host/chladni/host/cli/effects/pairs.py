@@ -75,12 +75,12 @@ def played_pairs(
     knows = found[0].just_felt_um is not None
     rest = f"; {sum(unfelt)} of {count} feel nothing of it while they rest" if knows else ""
     worst = (
-        f"{min(levels):.0f} at the worst" if is_few else f"{isolation.p10:.0f} at the worst tenth"
+        f"{min(levels):z.0f} at the worst" if is_few else f"{isolation.p10:z.0f} at the worst tenth"
     )
     told = {"peak_um": peaks, "isolation_db": levels}
     return {
         "verdict": (
-            f"Over {count} pairs the other finger gets {isolation.median:.0f} dB less at the "
+            f"Over {count} pairs the other finger gets {isolation.median:z.0f} dB less at the "
             f"median, {worst}{rest}."
         ),
         "effect": effect.name,
