@@ -49,7 +49,7 @@ from chladni.host.cli.common.output import (
 )
 from chladni.host.cli.common.verdicts import of_tolerances
 from chladni.host.cli.measured.refit import board_refit
-from chladni.host.manufacture.board_parts import board_parts, moving_mass_g
+from chladni.host.manufacture.board_parts import board_parts, moving_mass_g, sheet_of
 from chladni.host.manufacture.drawing import board_drawing
 from chladni.host.manufacture.drawing_files import FORMATS, save_drawing
 from chladni.host.manufacture.prices import price_list
@@ -82,6 +82,7 @@ def board_show(
     result = {
         "name": loaded.name,
         "size_mm": [side / MM for side in loaded.plate.size],
+        "sheet": sheet_of(loaded.plate),
         "actuators": actuator_rows(loaded),
         "modes_hz": [round(float(mode), 4) for mode in modes],
         "wavelength_mm": loaded.wavelength(loaded.drive.frequency_hz) / MM,
