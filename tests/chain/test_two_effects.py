@@ -80,6 +80,7 @@ def test_the_command_plays_an_effect_under_each_finger(
     drawn = figure.read_text("utf-8")
     assert "click at 0, 15 mm" in drawn
     assert "thud at 0, -12 mm" in drawn
+    assert "strip5; each effect on its own time axis" in drawn
     for words, said in (
         (
             ("--at", "0,15", "--other-effect", "thud"),

@@ -239,6 +239,22 @@ def test_an_event_loop_hears_the_same(emulator: Emulator) -> None:
     assert (event.what, event.area) == ("pressed", "key")
 
 
+def test_areas_beyond_a_boards_panel_are_told_before_there_is_a_device(
+    chladni: CommandLine, tmp_path: Path
+) -> None:
+    """Off the board they are refused; a panel may be smaller than its plate."""
+    board, bank = tmp_path / "b.toml", tmp_path / "slider.che"
+    text = (ROOT / "boards" / "phone5.toml").read_text("utf-8")
+    whole, small = "size_mm = [71.5, 146.7]          # active", "size_mm = [60.0, 90.0] # active"
+    assert whole in text
+    board.write_text(text.replace(whole, small), "utf-8")
+    build = ("effects", "build", "slider", "-o", bank, "--board")
+    told = chladni(*build, board)
+    assert told.code == 0
+    assert "reach beyond the panel of phone5, which has x -30 to 30 and y -45 to 45" in told.err
+    assert "reach beyond" not in chladni(*build, "phone5").err
+
+
 def test_a_boards_own_level_is_taken_out_where_it_is_asked_for(
     chladni: CommandLine, tmp_path: Path
 ) -> None:

@@ -9,12 +9,18 @@ from pathlib import Path
 import pytest
 
 from chladni.design.spec import spec_of
-from chladni.host.cli.common.board_reports import actuator_rows, say_leftovers, say_of_coils
+from chladni.host.cli.common.board_reports import (
+    actuator_rows,
+    say_leftovers,
+    say_of_coils,
+    say_panel,
+)
 from chladni.host.cli.design import _say_first
 from chladni.host.manufacture.drawing import Text, board_drawing
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.fingers import SeveralFingers
+from chladni.sim.board.panel_layer import layered_plate
 from chladni.sim.board.parts import Measured, Spring
 from chladni.sim.board.writing import board_file
 from conftest import CommandLine, shipped_board
@@ -140,6 +146,23 @@ def test_a_stiff_panel_is_told_before_a_search_by_what_the_board_is_for(
     weights = {"fingers_2_db": 1.0} if several else None
     _say_first(spec_of(small(panel=panel, design={"weights": weights})), 1, 1)
     assert f"times as stiff: {words}" in capsys.readouterr().err
+
+
+def test_under_a_stiff_panel_a_metal_is_told_no_place_that_it_shields(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """The remark has the sheet that it is about: a SPEC leaves several open."""
+    board = shipped_board("phone5")
+    assert board.panel is not None
+    panel = replace(board.panel, place="on", film=0.5e-3)
+    for material, places in (("aluminium", "or place 'beside'"), ("fr4", "or place 'in' or 'b")):
+        sheet = replace(board.plate, material=material, thickness=0.3e-3)
+        layered = layered_plate(replace(board, plate=sheet, panel=panel))
+        assert layered is not None
+        say_panel(layered, for_several=True)
+        told = capsys.readouterr().err
+        assert f"the plate (0.3 mm {material})" in told
+        assert places in told
 
 
 def test_a_hole_is_told_as_it_is_cut_too(capsys: pytest.CaptureFixture[str]) -> None:

@@ -261,3 +261,15 @@ def test_a_command_waits_for_the_link_of_a_device_that_starts(
     late.join()
     assert answer.code == 0, answer.err
     assert answer.json["state"] == "idle"
+
+
+def test_a_command_says_that_it_waits_for_a_port_outside_of_dev(
+    chladni: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An emulated device makes its link some seconds after it was started."""
+    monkeypatch.setattr("chladni.host.cli.device.connection.STARTS_S", 0.1)
+    link = tmp_path / "own.port"
+    waits, ended = chladni("device", "info", "--port", link).err.splitlines()
+    assert waits.startswith(f"chladni: {link} is not there: waiting up to 0.1 s")
+    assert "no such port" in ended
+    assert "waiting" not in chladni("device", "info", "--port", "/dev/nothing").err

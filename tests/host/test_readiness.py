@@ -78,3 +78,12 @@ def test_commands_name_it_alike(chladni: CommandLine) -> None:
     touched = chladni("device", "touch", "0,0", "--emulator")
     assert touched.code == 1
     assert "the device plays nothing: no table; give it one by --table" in touched.err
+
+
+def test_a_place_off_an_emulated_board_is_named_before_a_missing_table(
+    chladni: CommandLine,
+) -> None:
+    there = ("--emulator", "--board", "strip5")
+    refused = chladni("device", "touch", "0,0", "60,0", *there)
+    assert "X,Y: expected a place on the board in mm: |x| up to 7" in refused.err
+    assert "no table" in chladni("device", "touch", "0,0", *there).err

@@ -157,7 +157,9 @@ def test_show_says_what_a_panel_does(chladni: CommandLine, tmp_path: Path) -> No
     path.write_text(text.replace(line, "film_mm = 0.125"), "utf-8")
     shown = chladni("board", "show", path, "--json")
     assert shown.json["panel"]["stiffness_ratio"] == pytest.approx(4.9, abs=0.1)
+    assert shown.json["sheet"] == "FR4, 50 × 50 × 0.1 mm"
     assert "4.9 times as stiff" in shown.err
+    assert "or place 'in' or 'beside'" in shown.err
     path.write_text(text.replace(line, ""), "utf-8")
     assert "say film_mm" in chladni("board", "show", path).err
     assert "panel" not in chladni("board", "show", "quiet16").err

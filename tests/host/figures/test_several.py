@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from chladni.drives.scoring.several_fingers.fingers_play import FingersPlay
 from chladni.drives.scoring.several_fingers.fingers_score import FingersScore, score_fingers
+from chladni.host.cli.fingers import _draw
 from chladni.host.figures.fingers import fingers_figure
 from chladni.host.figures.two_fingers import two_fingers_figure
 from chladni.sim.board.file import load_board
+from chladni.sim.board.parts import Measured
 from wide import turned
 
 
@@ -31,6 +36,16 @@ def test_lines_have_points_at_the_median_and_where_the_worst_tenth_begins(
         assert shares.tolist() == [0.5, worst]
         assert at.tolist() == np.quantile(two.rows[:, column], [0.5, worst]).tolist()
         assert {"median", "worst tenth"} <= {text.get_text() for text in axes.texts}
+
+
+def test_a_board_that_was_measured_is_not_called_drawn(score: FingersScore, tmp_path: Path) -> None:
+    """An SVG has its texts as comments beside their outlines."""
+    drawn = load_board("strip5")
+    measured = replace(drawn, measured=Measured("a recording", "2026-11-27"))
+    for board, told in ((drawn, "as drawn"), (measured, "as measured")):
+        path = tmp_path / f"{told}.svg"
+        _draw(path, board, score, is_played=False)
+        assert told in path.read_text("utf-8")
 
 
 def test_two_fingers_on_a_board_that_lies_are_drawn_below_each_other() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
@@ -20,9 +21,7 @@ from chladni.host.cli.board_score import board_score
 from chladni.host.cli.common.board_reports import (
     actuator_rows,
     foundation_report,
-    of_prices,
     panel_report,
-    price_text,
     say_current,
     say_leftovers,
     say_panel,
@@ -50,7 +49,7 @@ from chladni.host.cli.common.output import (
 )
 from chladni.host.cli.common.verdicts import of_tolerances
 from chladni.host.cli.measured.refit import board_refit
-from chladni.host.manufacture.board_parts import board_parts, moving_mass_g
+from chladni.host.manufacture.board_parts import board_parts, moving_mass_g, sheet_of
 from chladni.host.manufacture.drawing import board_drawing
 from chladni.host.manufacture.drawing_files import FORMATS, save_drawing
 from chladni.host.manufacture.prices import price_list
@@ -83,6 +82,7 @@ def board_show(
     result = {
         "name": loaded.name,
         "size_mm": [side / MM for side in loaded.plate.size],
+        "sheet": sheet_of(loaded.plate),
         "actuators": actuator_rows(loaded),
         "modes_hz": [round(float(mode), 4) for mode in modes],
         "wavelength_mm": loaded.wavelength(loaded.drive.frequency_hz) / MM,
@@ -222,13 +222,13 @@ def board_parts_command(board: BoardArgument, as_json: JsonOption = False) -> No
             "sold_by": prices.sold_by(part),
         }
         if not as_json:  # for people without what a value follows from, as `board wiring` has it
-            told = price_text(*price.of(part.count)) if price else "not counted, in no list"
+            told = _price_text(*price.of(part.count)) if price else "not counted, in no list"
             entry["price of all"] = told
             entry = {k: v for k, v in entry.items() if k != "why" and v is not None}
         parts.append(entry)
     without = {part.part: prices.sold_by(part) for part in listed if not prices.find(part)}
     result = {
-        "verdict": of_prices(low, high, without),
+        "verdict": _of_prices(low, high, without),
         "name": loaded.name,
         "moving_mass_g": moving_mass_g(loaded),
         "price_usd": [low, high],
@@ -236,6 +236,21 @@ def board_parts_command(board: BoardArgument, as_json: JsonOption = False) -> No
         "parts": parts,
     }
     answer(result, as_json=as_json, title=f"{loaded.name}: parts")
+
+
+def _of_prices(low: float, high: float, without: Mapping[str, str | None]) -> str:
+    """What a board's parts cost, by public lists; `without` has who sells those of no list."""
+    unknown = "".join(
+        f"{name} (no list has it{f'; sold by {sold_by}' if sold_by else ''}), "
+        for name, sold_by in without.items()
+    )
+    return f"The parts cost {_price_text(low, high)}. Not counted: {unknown}shipping, glue, tools."
+
+
+def _price_text(low: float, high: float) -> str:
+    """A range of dollars for people: cents where they matter."""
+    cents = 2 if high < 10.0 else 0
+    return f"{low:.{cents}f} to {high:.{cents}f} US$"
 
 
 board_app.command("refit")(board_refit)

@@ -266,7 +266,10 @@ def _draw(path: Path, board: Board, score: FingersScore, *, is_played: bool) -> 
     from chladni.host.figures.fingers import fingers_figure  # noqa: PLC0415
 
     threshold = threshold_um(board.drive.frequency_hz)
-    drawn = fingers_figure(board.name, score, threshold, is_played=is_played)
+    is_measured = board.measured is not None
+    drawn = fingers_figure(
+        board.name, score, threshold, is_played=is_played, is_measured=is_measured
+    )
     write_figure(drawn, path)
 
 

@@ -31,8 +31,13 @@ def effect_figure(effect: Effect) -> Figure:
     return figure
 
 
-def played_effects_figure(played: Sequence[PlayedEffect], titles: Sequence[str]) -> Figure:
-    """A column for each effect: what was asked for, what its finger gets, and what another gets."""
+def played_effects_figure(
+    played: Sequence[PlayedEffect], titles: Sequence[str], heading: str | None = None
+) -> Figure:
+    """A column for each effect: what was asked for, what its finger gets, and what another gets.
+
+    Each has its own time axis, which ends with its effect; `heading` stands above all of them.
+    """
     has_other, count = played[0].other_um is not None, len(played)
     figure = Figure(figsize=(4.0 + 4.0 * count, 6.0 if has_other else 4.4), layout="constrained")
     rows = figure.subplots(3 if has_other else 2, count, sharex="col", sharey="row", squeeze=False)
@@ -45,6 +50,8 @@ def played_effects_figure(played: Sequence[PlayedEffect], titles: Sequence[str])
         strict=False,
     ):
         axes.set_ylabel(label)
+    if heading is not None:
+        figure.suptitle(heading, color=INK, fontsize=12)
     return figure
 
 

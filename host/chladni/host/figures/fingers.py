@@ -27,12 +27,17 @@ WIDE = 200.0
 
 
 def fingers_figure(
-    name: str, score: FingersScore, threshold_um: float | None, *, is_played: bool = False
+    name: str,
+    score: FingersScore,
+    threshold_um: float | None,
+    *,
+    is_played: bool = False,
+    is_measured: bool = False,
 ) -> Figure:
     """Shares of fingers by isolation, own level and what they feel of the others.
 
-    Solid lines are of the board as drawn, dashed ones of boards within its tolerances. Points are
-    at the median and where the worst tenth begins.
+    Solid lines are of the board as drawn or measured, dashed ones of boards within its tolerances.
+    Points are at the median and where the worst tenth begins.
     """
     figure = Figure(figsize=(12.6, 4.4), layout="constrained")
     panels = figure.subplots(1, len(PANELS), sharey=True)
@@ -74,7 +79,8 @@ def fingers_figure(
     panels[0].set_ylabel("share of fingers that have less", fontsize=9)
     panels[0].legend(fontsize=8, loc="upper left")
     has_both = any(own.perturbed is not None for own in score.counts)
-    lines = "solid: as drawn, dashed: within tolerances" if has_both else "as drawn"
+    known = "as measured" if is_measured else "as drawn"
+    lines = f"solid: {known}, dashed: within tolerances" if has_both else known
     by = "pins of an emulated device" if is_played else "simulated"
     figure.suptitle(
         f"{name}: fingers {score.apart_mm:g} mm apart or more, all pressing with "

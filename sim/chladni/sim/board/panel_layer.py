@@ -123,6 +123,8 @@ class LayeredPlate:
 
     Attributes
     ----------
+    sheet
+        What carries it, bare.
     place
         Where the panel lies; "not said" where nothing tells.
     layer_thickness
@@ -131,6 +133,7 @@ class LayeredPlate:
         Bending stiffness and areal mass over those of the bare plate.
     """
 
+    sheet: Plate
     place: str
     layer_thickness: float
     bending_ratio: float
@@ -149,6 +152,7 @@ def layered_plate(board: BoardParts) -> LayeredPlate | None:
         return None
     section = plate_section(board)
     return LayeredPlate(
+        plate,
         panel.place or ("on" if panel.layer_thickness else "not said"),
         panel.layer_thickness,
         section.bending_stiffness / plate.bending_stiffness,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -65,9 +65,12 @@ def say_panel(plate: LayeredPlate, *, for_several: bool) -> None:
     """Where a panel takes the focus, or what several fingers get, or its place is not given."""
     if plate.is_stiff:
         needs = "a finger moves less" if for_several else "a focus needs a soft sheet"
+        sheet = f"{plate.sheet.thickness / MM:g} mm {plate.sheet.material}".rstrip()
+        places = "'beside'" if plate.sheet.material in METALS else "'in' or 'beside'"
         say(
-            f"the panel's layer makes the plate {plate.bending_ratio:.1f} times as stiff: {needs}; "
-            "use a thinner film (docs/own-board.md says usual ones), or place 'in' or 'beside'"
+            f"the panel's layer makes the plate ({sheet}) {plate.bending_ratio:.1f} times as "
+            f"stiff: {needs}; use a thinner film (docs/own-board.md says usual ones), or place "
+            f"{places}"
         )
     elif plate.place == "not said":
         say('the panel bends with the plate unless panel.place is "in" or "beside": say film_mm')
@@ -333,18 +336,3 @@ def of_waves(board: Board, modes_hz: Sequence[float] | None = None) -> str:
         f"{EDGE_HZ:g} Hz is kept from other fingers only below it, whatever is scored at "
         f"{board.drive.frequency_hz:g} Hz; a stiffer sheet or stiffer supports raise it"
     )
-
-
-def of_prices(low: float, high: float, without: Mapping[str, str | None]) -> str:
-    """What a board's parts cost, by public lists; `without` has who sells those of no list."""
-    unknown = "".join(
-        f"{name} (no list has it{f'; sold by {sold_by}' if sold_by else ''}), "
-        for name, sold_by in without.items()
-    )
-    return f"The parts cost {price_text(low, high)}. Not counted: {unknown}shipping, glue, tools."
-
-
-def price_text(low: float, high: float) -> str:
-    """A range of dollars for people: cents where they matter."""
-    cents = 2 if high < 10.0 else 0
-    return f"{low:.{cents}f} to {high:.{cents}f} US$"

@@ -13,6 +13,7 @@ from typing import Annotated, Any, get_type_hints
 import typer
 
 from chladni.host.cli.common.options import check_one_of, required
+from chladni.host.cli.common.output import say
 from chladni.host.cli.common.ranges import within
 from chladni.host.device.device import Device
 from chladni.host.device.udp import UdpPort, UdpWire
@@ -25,8 +26,9 @@ from chladni.tables.format import pack, read_table
 
 BAUDS = 300, 12_000_000
 """From the slowest modem to the fastest USB bridge."""
-STARTS_S, TURN_S = 4.0, 0.05
-"""`chladni emulate --serial` takes 1 to 3 s to start; how often its link is looked for."""
+STARTS_S, TURN_S = 15.0, 0.05
+"""`chladni emulate --serial` takes 1 to 3 s to start, on a busy machine several times as long; how
+often its link is looked for."""
 
 
 @dataclass(frozen=True)
@@ -110,12 +112,13 @@ class Connection:
 
 
 def _await_link(port: Path) -> None:
-    """Wait a moment for the --port-link of an emulated device that is still starting.
+    """Wait for the --port-link of an emulated device that is still starting, and say so.
 
     Ports in /dev are there or not.
     """
-    if os.name != "posix" or port.is_relative_to("/dev"):
+    if os.name != "posix" or port.is_relative_to("/dev") or port.exists():
         return
+    say(f"{port} is not there: waiting up to {STARTS_S:g} s for an emulated device to make it")
     end = time.monotonic() + STARTS_S
     while not port.exists() and time.monotonic() < end:
         time.sleep(TURN_S)

@@ -20,7 +20,9 @@ from chladni.host.device.device import Device
 from chladni.host.device.device_effects import AreaEvent
 from chladni.host.device.device_fingers import MOST_FINGERS
 from chladni.host.device.link import LinkError
+from chladni.sim.board.file import load_board
 from chladni.sim.errors import InputError
+from chladni.sim.fields.transfer import check_target
 
 FARTHEST_MM = 1000.0
 """More than any board."""
@@ -53,9 +55,14 @@ def touch(
         if math.dist(one, other) < LEAST_APART_MM:
             expected = f"fingers that lie {LEAST_APART_MM:g} mm apart or more"
             raise InputError("X,Y", "{:g},{:g}".format(*other), expected)
+    if connection.emulator and connection.emulated_table is None:
+        # It refuses below, and could not say that a place is wrong: it knows its board by a table.
+        board = load_board(connection.board)
+        for own in asked:
+            check_target(board, own, "X,Y")
     with connection.device() as device:
-        check_ready(device.info(), is_emulated=connection.emulator)
         check_on_board(device, [("X,Y", own) for own in asked])
+        check_ready(device.info(), is_emulated=connection.emulator)
         held = _hold(device, asked)
         device.link.wait(seconds)
         state = device.info()["state"]

@@ -19,7 +19,7 @@ from chladni.host.cli.common.board_reports import say_waves
 from chladni.host.cli.common.options import JsonOption, required
 from chladni.host.cli.common.output import answer, check_output, progress_bar, say, write_figure
 from chladni.host.cli.device.connection import Connection, connecting
-from chladni.host.cli.effects.remarks import say_filtered, say_out_of_reach
+from chladni.host.cli.effects.remarks import say_beyond_panel, say_filtered, say_out_of_reach
 from chladni.host.emulation.covered_areas import covered_areas
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -56,6 +56,7 @@ def build(
             read.bank.check_on(*(1e3 * size for size in loaded.plate.size))
         except InputError as error:
             raise error.in_file(bank) from None
+        say_beyond_panel(read.bank, loaded)
         say_waves(loaded)
     for effect in read.bank.effects.values():
         say_filtered(effect)

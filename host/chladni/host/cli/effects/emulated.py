@@ -173,10 +173,11 @@ def _draw(
 
     at = ["{:g}, {:g} mm".format(*place) for place in places]
     titles = [f"{effect.name} at {own}" for effect, own in zip(effects, at, strict=False)]
+    heading = None if len(titles) == 1 else f"{board.name}; each effect on its own time axis"
     if len(titles) == 1:
         titles[0] = f"{effects[0].name} on {board.name}, at {at[0]}"
         titles[0] += "".join(f", the other at {one}" for one in at[1:])
-    write_figure(played_effects_figure(found, titles), figure)
+    write_figure(played_effects_figure(found, titles, heading), figure)
 
 
 def table_of(

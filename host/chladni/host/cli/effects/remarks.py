@@ -41,6 +41,13 @@ def say_off_board(bank: Bank, board: Board) -> None:
     _say_beyond(bank, [(-half, half) for half in halves], f"the board {board.name}")
 
 
+def say_beyond_panel(bank: Bank, board: Board) -> None:
+    """Remark on areas beyond a board's panel, as `say_out_of_reach` does of a device's."""
+    if board.panel is not None:
+        sides = [(round(low / MM, 3), round(high / MM, 3)) for low, high in board.panel.area]
+        _say_beyond(bank, sides, f"the panel of {board.name}")
+
+
 def _say_beyond(bank: Bank, sides: Sequence[tuple[float, float]], what: str) -> None:
     beyond = [area.name for area in bank.areas if not _is_within(area.shape, sides)]
     if not beyond:
