@@ -23,7 +23,6 @@ LONG = (
     "calibration/test_laboratory.py::test_foam_is_found_in_patches",
     "calibration/test_laboratory.py::test_the_command_writes_the_board",
     "calibration/test_sound.py::test_a_recording_is_calibrated_with",
-    "calibration/test_sound.py::test_clocks_that_differ_are_told_from_another_plate",
     "calibration/test_sound.py::test_foam_forces_and_faults_are_found_by_ear",
     "chain/test_all_regions.py",
     "chain/test_chain.py::test_plate_commands_answer_and_draw",
@@ -42,7 +41,6 @@ LONG = (
     "chain/test_played_effect.py::test_a_tone_of_less_level_is_as_much_weaker",
     "chain/test_played_effect.py::test_fingers_are_on_a_plate_that_the_device_does_not_know",
     "chain/test_two_effects.py::test_drives_of_two_effects_share_the_coils",
-    "chain/test_two_effects.py::test_pairs_are_on_a_plate_that_the_device_does_not_know",
     "chain/test_two_effects.py::test_the_command_plays_an_effect_under_each_finger",
     "chain/test_swipe.py::test_every_report_of_a_swipe_is_scored",
     "chain/test_table_score.py::test_a_diode_without_a_floor_bends_what_the_pins_say",
@@ -175,7 +173,6 @@ LONG = (
     "tables/test_table_hard_cases.py::test_a_mirror_in_one_direction_only_is_used",
     "tables/test_table_hard_cases.py::test_one_actuator_and_sixteen",
     "tables/test_table_hard_cases.py::test_a_board_without_mirrors_stores_every_region",
-    "calibration/test_accelerometer.py::test_a_board_is_found_by_an_accelerometer_at_two_places",
     "chain/test_score_and_table.py::test_a_small_board_is_scored_at_more_places",
     "chain/test_score_and_table.py::test_a_table_keeps_what_the_score_said_within_1_db[feet-True]",
     "drives/test_search_cost.py::test_tables_for_fingers_come_of_less_and_play_on_less",
@@ -195,10 +192,14 @@ LONG = (
 )
 """Beginnings of their names."""
 LONGEST = (
+    "calibration/test_accelerometer.py::test_a_board_is_found_by_an_accelerometer_at_two_places",
     "calibration/test_calibration.py::test_a_weight_on_the_board_is_noticed",
+    "calibration/test_laboratory.py::test_the_board_that_has_these_fields_is_found",
+    "calibration/test_sound.py::test_clocks_that_differ_are_told_from_another_plate",
     "calibration/test_sound.py::test_foam_forces_and_faults_are_found_by_ear[3]",
     "chain/test_played_effect.py::test_the_command_plays_and_draws",
     "chain/test_score_and_table.py::test_a_table_keeps_what_the_score_said_within_1_db[quiet5-False]",
+    "chain/test_two_effects.py::test_pairs_are_on_a_plate_that_the_device_does_not_know",
     "drives/test_board_score.py::test_board_score_answers_and_draws",
     "drives/test_board_score.py::test_the_border_of_the_active_area_has_a_row_of_its_own[quiet16-11.0]",
     "drives/test_hard_cases.py::test_sixty_four_actuators_reach_higher",
