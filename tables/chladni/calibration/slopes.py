@@ -23,7 +23,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Spring
 from chladni.sim.errors import InputError
 from chladni.sim.fields.board_plate import plate_geometry
-from chladni.sim.fields.driven import at_coils
+from chladni.sim.fields.driven import moved_coils
 from chladni.sim.fields.induced import OpenCoils
 from chladni.sim.fields.magnetic_coupling import MagneticCoupling, magnetic_coupling
 from chladni.sim.plate.geometry import PlateGeometry, patch_weights
@@ -116,7 +116,7 @@ class _Parts:
         self._board, self._coils = board, coils
         self._values = np.asarray(coils.fields.values)
         self._omega = 2.0 * np.pi * frequency_hz
-        self._at = np.stack([at_coils(board, own) for own in self._values], axis=1)
+        self._at = moved_coils(board, self._values)
         self._area = _areas(board)
         self._geometry = plate_geometry(board)
         self._grid = np.meshgrid(board.x, board.y, indexing="ij")
@@ -274,10 +274,7 @@ class _Parts:
         step = magnet.radius / 2.0 if magnet else float(x[1] - x[0])
         shift = tuple(step * float(k == axis) for k in (0, 1))
         back = tuple(-one for one in shift)
-        ahead, behind = (
-            np.stack([at_coils(self._board, own, by) for own in self._values], axis=1)
-            for by in (shift, back)
-        )
+        ahead, behind = (moved_coils(self._board, self._values, by) for by in (shift, back))
         return np.asarray((ahead - behind) / (2.0 * step))
 
 

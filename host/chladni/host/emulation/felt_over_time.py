@@ -27,7 +27,7 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.coil.circuit import circuit_of
 from chladni.sim.coil.full_drive import strengths
 from chladni.sim.errors import MissingError
-from chladni.sim.fields.driven import at_coils
+from chladni.sim.fields.driven import moved_coils
 from chladni.sim.image.finger import pressing_stiffness
 
 FloatArray = NDArray[np.float64]
@@ -43,7 +43,7 @@ ROUGH, FINEST_HZ = 0.1, 2.0
 halved, and how wide one is at least. With it they miss what lies between by a tenth of that. Above
 250 Hz four times as much an octave, for half of what the low-pass takes in decibels."""
 BESIDE = 4
-"""Frequencies on either side by which one is foretold."""
+"""Frequencies on either side, of which a spline is to meet one."""
 FELT_FROM_HZ = 40.0
 """A finger feels little below; a second-order Butterworth high-pass."""
 PAD_S = 0.25
@@ -78,9 +78,11 @@ def frequencies_of(solved: Sequence[SolvedBoard]) -> FloatArray:
 
 
 def _between(found: dict[float, SolvedBoard]) -> list[float]:
-    """Middles of intervals beside a frequency that the others do not foretell."""
+    """Middles of intervals beside a frequency that a spline of the others misses."""
     hz = np.array(sorted(found))
-    values = np.array([_at_coils(found[own]) for own in hz.tolist()])
+    solved = [found[own] for own in hz.tolist()]
+    # What each coil does at each: a few of all places.
+    values = np.array([moved_coils(own.board, np.asarray(own.fields.values)) for own in solved])
     middles = set()
     for k in range(1, len(hz) - 1):
         near = [i for i in range(max(0, k - BESIDE), min(len(hz), k + BESIDE + 1)) if i != k]
@@ -89,12 +91,6 @@ def _between(found: dict[float, SolvedBoard]) -> list[float]:
             beside = ((hz[k - 1], hz[k]), (hz[k], hz[k + 1]))
             middles |= {(a + b) / 2.0 for a, b in beside if b - a > 2.0 * FINEST_HZ}
     return sorted(middles)
-
-
-def _at_coils(solved: SolvedBoard) -> ComplexArray:
-    """What each coil does at each, m/N: a few of all places."""
-    board = solved.board
-    return np.array([at_coils(board, own) for own in np.asarray(solved.fields.values)])
 
 
 @dataclass(frozen=True)

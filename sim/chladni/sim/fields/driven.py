@@ -104,7 +104,7 @@ def answered(
     """
     count = len(board.actuators)
     own: ComplexArray = np.asarray(bare.values)
-    motion, pulls = _compliance(board, own), np.eye(count, dtype=np.complex128)
+    motion, pulls = moved_coils(board, own), np.eye(count, dtype=np.complex128)
     turned = np.zeros_like(own)
     braked = 0.0 if are_open else _per_velocity(board, bare.frequency_hz)
     resists = braked * np.eye(count)
@@ -113,7 +113,7 @@ def answered(
         pulls = coupling.forces.astype(np.complex128)
         resists = resists + coupling.stiffness
     answers = np.linalg.inv(np.eye(count) + resists @ motion)
-    forces = answers @ (pulls - resists @ _compliance(board, turned))
+    forces = answers @ (pulls - resists @ moved_coils(board, turned))
     return replace(
         bare,
         values=np.asarray(np.tensordot(forces.T, own, axes=1) + turned),
@@ -128,7 +128,7 @@ def with_coils(board: Board, driven: TransferFields, fields: ComplexArray) -> Co
     """
     if driven.reaction is None:
         return fields
-    moved = np.stack([at_coils(board, own) for own in fields])
+    moved = moved_coils(board, fields).T
     return np.asarray(fields - np.tensordot(moved, driven.reaction, axes=1))
 
 
@@ -147,12 +147,14 @@ def back_emf_coupling(board: Board, fields: TransferFields) -> ComplexArray:
     if coil is None or not coil.motion_acts_back:
         return np.zeros((count, count), dtype=np.complex128)
     braked = _per_velocity(board, fields.frequency_hz)
-    return np.asarray(braked * _compliance(board, np.asarray(fields.values)))
+    return np.asarray(braked * moved_coils(board, np.asarray(fields.values)))
 
 
-def _compliance(board: Board, values: ComplexArray) -> ComplexArray:
-    """Displacement at every magnet (rows) by each of several fields (columns)."""
-    return np.stack([at_coils(board, own) for own in values], axis=1)
+def moved_coils(
+    board: Board, values: ComplexArray | FloatArray, shift: tuple[float, ...] = (0.0, 0.0)
+) -> ComplexArray:
+    """As `at_coils` of several fields (fields, nx, ny); shape (actuators, fields)."""
+    return np.stack([at_coils(board, own, shift) for own in values], axis=1)
 
 
 def at_coils(

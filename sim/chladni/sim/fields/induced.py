@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from chladni.sim.board.board import Board
 from chladni.sim.fields.board_plate import plate_model
-from chladni.sim.fields.driven import answered, at_coils, unit_couples
+from chladni.sim.fields.driven import answered, moved_coils, unit_couples
 from chladni.sim.fields.magnetic_coupling import ARM, MagneticCoupling, magnetic_coupling
 from chladni.sim.fields.transfer import TOLERANCE, TransferFields, transfer_fields
 from chladni.sim.magnetics.coil_coupling import mutual_inductance
@@ -68,8 +68,7 @@ def open_coils(
     coupling = magnetic_coupling(board)
     if coupling is None:
         values = np.asarray(bare.values)
-        moved = np.stack([at_coils(board, own) for own in values], axis=1)
-        return OpenCoils(bare, moved, None)
+        return OpenCoils(bare, moved_coils(board, values), None)
     couples = unit_couples(board, bare, model, tolerance, allow_unmet=True)
     fields = answered(board, bare, coupling, couples, are_open=True)
     return OpenCoils(fields, _felt(board, fields.values, coupling), coupling)
@@ -77,12 +76,12 @@ def open_coils(
 
 def _felt(board: Board, values: ComplexArray, coupling: MagneticCoupling) -> ComplexArray:
     """What coils feel of fields (fields, nx, ny): shape (coils, fields), m/N."""
-    moved = np.stack([at_coils(board, own) for own in values], axis=1)
+    moved = moved_coils(board, values)
     arm = ARM * board.magnet.radius if board.magnet else 0.0
     felt = coupling.forces.T @ moved
     for axis in (0, 1):
         shift = tuple(arm * float(k == axis) for k in (0, 1))
-        beside = np.stack([at_coils(board, own, shift) for own in values], axis=1)
+        beside = moved_coils(board, values, shift)
         felt = felt + coupling.couples[:, :, axis].T @ ((beside - moved) / arm)
     return np.asarray(felt)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from chladni.sim.board.board import Board
 from chladni.sim.errors import ToleranceError
-from chladni.sim.fields.driven import at_coils
+from chladni.sim.fields.driven import moved_coils
 from chladni.sim.fields.static import static_fields
 from chladni.sim.magnetics.magnet_coupling import Magnets
 from chladni.sim.plate.response import PlateModel
@@ -58,7 +58,7 @@ def magnet_softening(board: Board, model: PlateModel) -> MagnetSoftening | None:
     with suppress(ToleranceError):  # of a plate that is hard to follow only the forces are reported
         steady = static_fields(board, model)
     if steady is not None:
-        compliance = np.stack([at_coils(board, own).real for own in steady], axis=1)
+        compliance = moved_coils(board, steady).real
         held = 1e-3 / float(np.diag(compliance).max())
         softened = float(np.abs(np.linalg.eigvals(compliance @ stiffness)).max())
     return MagnetSoftening(
