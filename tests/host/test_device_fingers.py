@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from chladni.effects import shipped_effects
 from chladni.effects.bank.layout import SIGNAL_HZ
-from chladni.host.cli.effects.on_device import play_together
 from chladni.host.device.checks.info_rows import finger_rows
 from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
@@ -215,7 +214,7 @@ def test_two_effects_go_out_at_once_without_a_gap(table: Table) -> None:
     emulator = Emulator(device_of(table, **settings), table, level=1.0)
     with Device(EmulatorWire(emulator)) as device:
         emulator.core.take_duties()
-        played = play_together(device, tones, [(-18.0, 30.0), (17.0, -25.0)], 1.0, None)
+        played = device.fingers.play_together(tones, [(-18.0, 30.0), (17.0, -25.0)])
         duty = emulator.core.take_duties() / 1024.0
     assert [one.samples for one in played] == [1500, 1500]
     assert min(one.fewest_waiting for one in played) > 5
@@ -226,14 +225,21 @@ def test_two_effects_go_out_at_once_without_a_gap(table: Table) -> None:
     assert parts_in(own - own.mean(axis=0), emulator.carrier_hz, 140.0) < 0.03 * min(loud)
 
 
-def test_a_device_that_ends_one_of_two_effects_is_told(table: Table) -> None:
-    tones = [np.ones(1500), np.ones(1500)]
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_device_that_ends_effects_is_told(table: Table, count: int) -> None:
+    """A finger that was lifted takes no samples: nobody waits for it for ever."""
+    tone, places = np.ones(1500), [(-18.0, 30.0), (17.0, -25.0)]
     short = replace(table, limits=replace(table.limits, max_on_us=300_000))
+
     with (
         Device(EmulatorWire(Emulator(device_of(short), short))) as device,
         pytest.raises(LinkError, match="ended a touch"),
     ):
-        play_together(device, tones, [(-18.0, 30.0), (17.0, -25.0)], 1.0, None)
+        _ = (
+            device.fingers.play(tone, places[0])
+            if count == 1
+            else device.fingers.play_together([tone] * count, places)
+        )
 
 
 def test_samples_beyond_full_scale_and_levels_beyond_all_are_refused(table: Table) -> None:

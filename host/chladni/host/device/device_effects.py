@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from chladni.effects.bank.areas import Bank, level_within
-from chladni.host.device.device_fingers import check_finger, level_q15_of
+from chladni.host.device.finger_requests import check_finger, level_q15_of
 from chladni.host.device.link import Link
 from chladni.host.device.touch_keeper import TouchKeeper
 from chladni.host.device.upload import BANKS, Flashed, Progress, upload

@@ -18,7 +18,7 @@ from chladni.host.device.checks.info_rows import finger_rows
 from chladni.host.device.checks.readiness import check_ready
 from chladni.host.device.device import Device
 from chladni.host.device.device_effects import AreaEvent
-from chladni.host.device.device_fingers import MOST_FINGERS
+from chladni.host.device.finger_requests import MOST_FINGERS
 from chladni.host.device.link import LinkError
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import InputError
