@@ -34,8 +34,8 @@ enum class FlashArea : uint8_t {
 
 constexpr uint32_t kSectorBytes = 4096;
 constexpr uint32_t kRetainedBytes = 208;
-// In place of a count of values.
-constexpr uint32_t kValuesLost = UINT32_MAX;
+// In place of a count of values; and how many are kept until they are fetched, 26 ms.
+constexpr uint32_t kValuesLost = UINT32_MAX, kKeptValues = 2048;
 
 struct Hal {
   void* context;  // handed back as the first argument of every call

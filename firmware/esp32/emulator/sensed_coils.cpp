@@ -12,8 +12,7 @@ constexpr uint32_t kClockBits = 12;       // 80 MHz / 2^12 are samples …
 constexpr uint32_t kConversionBits = 10;  // … and 80 MHz / 2^10 conversions
 constexpr uint32_t kConversions = 4;
 constexpr double kClockHz = 80e6, kPi = 3.14159265358979323846;
-constexpr size_t kMostKept = 2048;  // as chip/sensing/converter.cpp
-constexpr double kFarAway = 1e6;    // steps
+constexpr double kFarAway = 1e6;  // steps
 // The amplifier's 1.3 V, of a converter that reads 3.1 V as 4096.
 constexpr double kMiddle = 1717.7, kHighest = 4095.0, kHalf = 2048.0;
 constexpr uint32_t kLevels = 2, kAwake = 3, kDirections = 6;
@@ -160,7 +159,7 @@ void SensedCoils::begin_period(uint64_t period, const Pwm& pwm) {
   for (uint32_t k = 0; k < 1U << (pwm.bits() - kConversionBits); ++k) {
     if (faults_.lost_values > 0) {
       --faults_.lost_values;
-    } else if (values_.size() < kMostKept) {
+    } else if (values_.size() < kKeptValues) {
       values_.push_back(convert(steps_[(first + k) % kConversions]));
     } else {
       has_lost_ = true;

@@ -153,7 +153,7 @@ def drawn_inductances(board: Board) -> tuple[FloatArray, FloatArray]:
     if board.winding is None:
         return drawn, np.full(drawn.shape, np.inf)
     # Far apart, flux goes with the cube of the distance, and nearer by less.
-    moved = np.minimum(3.0 * COIL_PLACE * np.sqrt(2.0 / 3.0) / _apart(board), 0.5)
+    moved = np.minimum(3.0 * COIL_PLACE * np.sqrt(2.0 / 3.0) / board.coils_apart, 0.5)
     return drawn, np.abs(drawn) * np.hypot(WINDING_ERROR, moved)
 
 
@@ -174,14 +174,6 @@ def moving_inductance(board: Board, hz: float) -> FloatArray:
     mobility = 1.0 / (8.0 * np.sqrt(plate.bending_stiffness * heavy))
     mass = 0.0 if magnet is None else magnet.areal_mass * np.pi * magnet.radius**2
     held = 1.0 + (omega * mass * mobility) ** 2
-    along = (heavy * omega**2 / plate.bending_stiffness) ** 0.25 * _apart(board)
+    along = (heavy * omega**2 / plate.bending_stiffness) ** 0.25 * board.coils_apart
     spread = np.minimum(np.sqrt(2.0 / (np.pi * along)), 1.0)
     return np.asarray(REVERBERATION * coil.force_factor**2 * mobility * spread / (omega * held))
-
-
-def _apart(board: Board) -> FloatArray:
-    """Of every pair of coils, m; endless on the diagonal."""
-    places = np.array([actuator.at for actuator in board.actuators])
-    apart = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))
-    np.fill_diagonal(apart, np.inf)
-    return np.asarray(apart)

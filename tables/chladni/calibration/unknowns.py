@@ -174,10 +174,7 @@ def unknowns_of(board: Board) -> Unknowns:
 
 def _patch_places(board: Board) -> tuple[tuple[float, float], ...]:
     """The middles of as many cells as coils can tell apart."""
-    places = np.array([own.at for own in board.actuators])
-    apart = np.hypot(*(places[:, None] - places).transpose(2, 0, 1))
-    np.fill_diagonal(apart, np.inf)
-    spacing = float(np.median(apart.min(axis=1)))
+    spacing = float(np.median(board.coils_apart.min(axis=1)))
     pitch = max(LEAST_PITCH, OF_SPACING * min(spacing, *board.plate.size))
     axes = []
     for side in board.plate.size:

@@ -95,6 +95,14 @@ class Board(BoardParts):
             raise MissingError("[coil]", "the block of the actuator's figures")
         return self.coil
 
+    @cached_property
+    def coils_apart(self) -> FloatArray:
+        """Of every pair of actuators, m, shape (actuators, actuators); endless on the diagonal."""
+        places = np.array([actuator.at for actuator in self.actuators])
+        apart = np.hypot(*(places[:, None] - places).transpose(2, 0, 1))
+        np.fill_diagonal(apart, np.inf)
+        return np.asarray(apart)
+
     @property
     def is_for_several(self) -> bool:
         """Whether it is made for several fingers, and for none alone."""

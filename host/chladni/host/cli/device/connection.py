@@ -31,6 +31,14 @@ STARTS_S, TURN_S = 15.0, 0.05
 often its link is looked for."""
 
 
+UdpOption = Annotated[
+    str | None, typer.Option(metavar="HOST[:PORT]", help="Its address on the network.")
+]
+KeyOption = Annotated[
+    Path | None, typer.Option(envvar="CHLADNI_KEY", help="File with its key. Required with --udp.")
+]
+
+
 @dataclass(frozen=True)
 class Connection:
     """The options; exactly one of `port`, `udp` and `emulator` is to be given."""
@@ -41,13 +49,8 @@ class Connection:
             help="Serial port of the device. One of --port, --udp and --emulator is required."
         ),
     ] = None
-    udp: Annotated[
-        str | None, typer.Option(metavar="HOST[:PORT]", help="Its address on the network.")
-    ] = None
-    key: Annotated[
-        Path | None,
-        typer.Option(envvar="CHLADNI_KEY", help="File with its key. Required with --udp."),
-    ] = None
+    udp: UdpOption = None
+    key: KeyOption = None
     emulator: Annotated[bool, typer.Option("--emulator", help="An emulated device instead.")] = (
         False
     )

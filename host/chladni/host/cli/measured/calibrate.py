@@ -30,7 +30,7 @@ from chladni.host.cli.common.output import (
     write_figure,
 )
 from chladni.host.cli.common.ranges import within
-from chladni.host.cli.device.connection import Connection
+from chladni.host.cli.device.connection import Connection, KeyOption, UdpOption
 from chladni.host.cli.measured.ways import Calibrated, heard, in_laboratory, read, shaken, stands
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -61,13 +61,8 @@ def calibrate(
     port: Annotated[
         str | None, typer.Option(help="Serial port of the device whose coils measure the board.")
     ] = None,
-    udp: Annotated[
-        str | None, typer.Option(metavar="HOST[:PORT]", help="Its address on the network.")
-    ] = None,
-    key: Annotated[
-        Path | None,
-        typer.Option(envvar="CHLADNI_KEY", help="File with its key. Required with --udp."),
-    ] = None,
+    udp: UdpOption = None,
+    key: KeyOption = None,
     readings: Annotated[
         Path | None,
         typer.Option(
