@@ -29,7 +29,7 @@ from chladni.design.variables import filled
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.board_score import score_board
 from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
-from chladni.host.cli.design import _extent
+from chladni.host.cli.designing.answers import extent
 from chladni.sim.board.file import load_board
 from chladni.sim.fields.board_plate import first_natural_hz
 from conftest import CommandLine, made_once
@@ -147,11 +147,11 @@ def test_more_boards_go_on_from_fewer_and_time_ends_a_search(
     ((count, draws, seconds),) = last
     assert count >= len(found.front)
     assert draws == found.draws == 1
-    said = _extent(found, few, 32, 0.0, kept)
+    said = extent(found, few, 32, 0.0, kept)
     assert said.startswith(f"Time was up after {found.evaluations} of 7 boards")
     assert f"The same command goes on from {kept}" in said
-    assert "1 drawn boards each in place of 32" in said
-    assert not _extent(found, few, 1, None, kept)
+    assert "1 random boards each in place of 32" in said
+    assert not extent(found, few, 1, None, kept)
     assert 0.0 < seconds < found.seconds
     boards = kept.read_text(encoding="utf-8").count('"board ')
     more = design(spec_of(small()), jobs=1, samples=1, partial_file=kept)
@@ -226,7 +226,7 @@ def test_a_score_as_drawn_has_no_tolerances_in_it() -> None:
 
 
 def test_a_finished_design_tells_what_fingers_tells(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As many sets, whatever the number of drawn boards."""
+    """As many sets, whatever the number of random boards."""
     monkeypatch.setattr("chladni.design.evaluate.SETS", 20)
     spec = spec_of(small(design={"weights": {"fingers_2_db": 1.0}}, finger="none"))
     document = spec.document | {

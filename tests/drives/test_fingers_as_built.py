@@ -50,7 +50,7 @@ def test_what_is_drawn_is_the_boards_own_score(strip: Board, built: FingersAsBui
 def test_stiffer_foam_is_another_board_under_the_same_drives(
     strip: Board, built: FingersAsBuilt
 ) -> None:
-    """Fields of drawn boards are known to a hundredth: 0.1 dB where 26 dB are kept apart."""
+    """Fields of random boards are known to a hundredth: 0.1 dB where 26 dB are kept apart."""
     solve = solver_of(strip, responses_at(solved_board(strip)), 1e-3)
     stiffer = with_foam(strip, FOAM_TWICE)
     (two,) = score_fingers(stiffer, (2,), sets=SETS, samples=0, solve=solve).counts

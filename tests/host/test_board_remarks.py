@@ -15,7 +15,7 @@ from chladni.host.cli.common.board_reports import (
     say_of_coils,
     say_panel,
 )
-from chladni.host.cli.design import _say_first
+from chladni.host.cli.designing.remarks import say_first
 from chladni.host.manufacture.drawing import Text, board_drawing
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -144,7 +144,7 @@ def test_a_stiff_panel_is_told_before_a_search_by_what_the_board_is_for(
 ) -> None:
     panel = {"place": "on", "film_mm": 0.3, "pixels": [320, 480]}
     weights = {"fingers_2_db": 1.0} if several else None
-    _say_first(spec_of(small(panel=panel, design={"weights": weights})), 1, 1)
+    say_first(spec_of(small(panel=panel, design={"weights": weights})), 1, 1)
     assert f"times as stiff: {words}" in capsys.readouterr().err
 
 

@@ -16,9 +16,10 @@ from chladni.drives.checkpoint import Checkpoint
 from chladni.drives.methods import SEED
 from chladni.drives.objectives import OBJECTIVES
 from chladni.drives.scoring import compare as comparing
-from chladni.host.cli import compare, design, table_build
+from chladni.host.cli import compare, table_build
 from chladni.host.cli.common import output
 from chladni.host.cli.common.output import progress_bar
+from chladni.host.cli.designing import design
 from chladni.sim.errors import StoppedError
 from chladni.sim.files import write_whole
 from chladni.tables.build import build_table
@@ -118,6 +119,19 @@ def test_a_front_that_cannot_be_written_is_not_searched_again(
     assert f"`chladni fingers {out} --samples 1 --seed {SEED}` scores it within" in done.err
     assert not (tmp_path / "own.toml.partial").exists()
     assert [path.name for path in front.iterdir()] == ["own-1.toml"]
+
+
+def test_a_spec_that_no_board_meets_leaves_nothing(chladni: CommandLine, tmp_path: Path) -> None:
+    spec, out = tmp_path / "s.toml", tmp_path / "own.toml"
+    coils = [{"name": "a", "at_mm": [100.0, 0.0]}]
+    open_sheet = {"thickness_mm": {"from": 0.1, "to": 0.3}}
+    document = small(actuators=coils, plate=open_sheet, design={"coils": None, "evaluations": 2})
+    spec.write_text(tomlkit.dumps(document), encoding="utf-8")
+    refused = chladni("design", spec, "-o", out, "--jobs", "1")
+    assert refused.code == 2
+    assert "1 board beyond a limit" in refused.err
+    assert "actuators[0].at_mm: expected a place on the plate" in refused.err
+    assert [path.name for path in tmp_path.iterdir()] == ["s.toml"]
 
 
 def test_boards_of_another_spec_are_named_before_they_are_lost(

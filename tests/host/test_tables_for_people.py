@@ -13,7 +13,8 @@ from chladni.design.evaluate import Evaluation
 from chladni.design.front import Entry
 from chladni.design.spec import spec_of
 from chladni.host.cli.common.output import answer
-from chladni.host.cli.design import _about_entry, _median, _say_next
+from chladni.host.cli.designing.answers import about_entry, median
+from chladni.host.cli.designing.remarks import say_next
 from chladni.sim.board.file import load_board
 from conftest import CommandLine
 from made_specs import small
@@ -119,7 +120,7 @@ def test_a_design_says_which_finger_gets_more(db: float, words: str) -> None:
         "finger_db": 20.0,
         "second_finger_20mm_db": db,
     }
-    about = _about_entry(Entry({}, Evaluation(1.0, 1.0, None, terms)))
+    about = about_entry(Entry({}, Evaluation(1.0, 1.0, None, terms)))
     assert words in " ".join(about)
 
 
@@ -128,7 +129,7 @@ def test_a_design_for_several_fingers_says_how_clicks_are_told(
 ) -> None:
     found: Any = SimpleNamespace(draws=4, seed=1, board=load_board("phone5"))
     places = {"coils": 5, "weights": {"fingers_2_db": 1.0}}
-    _say_next(found, spec_of(small(design=places)), Path("own.toml"))
+    say_next(found, spec_of(small(design=places)), Path("own.toml"))
     said = " ".join(capsys.readouterr().err.split())
     assert "`chladni play click --pairs 20 --emulator --board own.toml` tells what clicks" in said
 
@@ -136,7 +137,7 @@ def test_a_design_for_several_fingers_says_how_clicks_are_told(
 def test_a_design_s_median_has_no_minus_zero() -> None:
     kept = SimpleNamespace(second_finger_20mm_db=SimpleNamespace(median=-0.3), finger_um=None)
     found: Any = SimpleNamespace(full=SimpleNamespace(perturbed=kept))
-    assert _median(found) == "The median for one finger is 0 dB 20 mm away."
+    assert median(found) == "The median for one finger is 0 dB 20 mm away."
 
 
 def test_a_device_s_rows_say_what_they_are(chladni: CommandLine) -> None:

@@ -18,6 +18,7 @@ from chladni.drives.scoring.survey import FocusStatistics
 from chladni.drives.scoring.tolerances import with_foam
 from chladni.host.cli.common.board_reports import score_rows
 from chladni.host.cli.common.output import answer
+from chladni.host.cli.common.table_verdicts import of_responses, of_table
 from chladni.host.cli.common.verdicts import (
     of_board,
     of_design,
@@ -25,8 +26,6 @@ from chladni.host.cli.common.verdicts import (
     of_methods,
     of_place,
     of_places,
-    of_responses,
-    of_table,
 )
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board

@@ -3,7 +3,7 @@
     python tools/pictures/design.py
 
 All are strips of five coils on foam like `strip5`, scored as `chladni design` does: the second
-finger 20 mm away, 10th percentile over places and drawn boards.
+finger 20 mm away, 10th percentile over places and random boards.
 """
 
 from __future__ import annotations

@@ -92,7 +92,7 @@ class Design:
     front
         Boards of which none is better in all goals, the best score first.
     draws
-        Drawn boards of each of those, by which the best is told.
+        Random boards of each of those, by which the best is told.
     """
 
     best: Entry

@@ -35,7 +35,7 @@ OnPace = Callable[[int, float], None]
 """Called with the number of boards that the search may come to, by its time and its SPEC, and the
 seconds between two of them."""
 OnLast = Callable[[int, int, float], None]
-"""Called with the number of the last boards, the drawn boards of each, and the seconds that
+"""Called with the number of the last boards, the random boards of each, and the seconds that
 comparing them may take."""
 
 
@@ -77,7 +77,7 @@ def boards_in(left_s: float, seconds: Sequence[float], jobs: int) -> int | None:
 def draws_in(
     left_s: float, spec: Spec, samples: int, count: int, seconds: Sequence[float], jobs: int
 ) -> int:
-    """Drawn boards of each of so many last boards, for which there is time: up to `samples`."""
+    """Random boards of each of so many last boards, for which there is time: up to `samples`."""
     own_s = expected_s(spec, spec.settings.samples, count, seconds, jobs) / (ALONE + 0.5)
     fewest = min(spec.settings.samples, samples)
     if own_s <= 0.0:

@@ -90,10 +90,10 @@ def design(
     partial_file
         Checkpoint, with which a search goes on; it stays until `remove_checkpoint` is called.
     samples
-        Drawn boards by which the last few are compared.
+        Random boards by which the last few are compared.
     minutes
-        For all of it, roughly. The last few get fewer drawn boards where time is short; they and
-        the first layout are scored anyway. 0 ends a search with all drawn boards.
+        For all of it, roughly. The last few get fewer random boards where time is short; they and
+        the first layout are scored anyway. 0 ends a search with all random boards.
     progress
         Called with (done, all) after each layout and board; the last few count for `boards_more`,
         and `all` is less at the end of a search that ended early. What it raises ends the search.
@@ -102,7 +102,7 @@ def design(
     on_pace
         Called once the first layouts are scored: the boards that it comes to, seconds for each.
     on_last
-        Called before the last few are compared: their number, drawn boards of each, and seconds.
+        Called before the last few are compared: their number, random boards of each, and seconds.
     on_other
         Called first where the checkpoint has another search, which the first result replaces.
 
@@ -209,18 +209,15 @@ class _Run:
         return expected_s(self._spec, samples, count, self._seconds, self._workers.jobs)
 
     def draws_until(self, ends: float, count: int) -> int:
-        """Drawn boards of each of so many last boards, until a reading of the clock."""
+        """Random boards of each of so many last boards, until a reading of the clock."""
         own = (self._spec, self._samples, count, self._seconds, self._workers.jobs)
         return draws_in(ends - time.perf_counter(), *own)
 
     def _nothing(self) -> InputError:
         nearest = max((one for _, one in self._seen.values()), key=lambda one: one.robust_score)
-        return ArgumentError(
-            "spec",
-            f"{self.looked_at} boards, all of them beyond a limit",
-            "limits that a board can meet",
-            hint=f"the nearest is beyond {nearest.broken}",
-        )
+        given = f"{self.looked_at} board{'s'[: self.looked_at - 1]} beyond a limit"
+        hint = f"the nearest is beyond {nearest.broken}"
+        return ArgumentError("spec", given, "limits that a board can meet", hint=hint)
 
     def _starts(self) -> list[list[Point]]:
         """The best layouts of each number of coils, the best first; solved to know which."""

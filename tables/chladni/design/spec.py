@@ -48,7 +48,7 @@ TERMS = (
     "built_finger_db", "fingers_2_db", "fingers_3_db", "fingers_4_db", "fingers_5_db",
     "fingers_um_db",
 )  # fmt: skip
-"""What weights may be given to. Of dB and µm the 10th percentile over places and drawn boards
+"""What weights may be given to. Of dB and µm the 10th percentile over places and random boards
 counts, of the focal error the 90th; it, coils, area and mass count against a board. `finger_db` is
 20·log₁₀ of the micrometres under the finger. `built_…` are what is left as built: under a film,
 pressed with 1 N, warm, on stiffer foam. `fingers_…` are the isolation of so many fingers that all
@@ -87,7 +87,7 @@ class DesignSettings:
     evaluations
         How many boards the search may look at.
     samples, pitch
-        Drawn boards and places by which it compares them.
+        Random boards and places by which it compares them.
     """
 
     coil_spacing: float = quantity("coil_spacing_mm", MM, 0.1, 500.0, default=SPACING)

@@ -102,6 +102,7 @@ def board_score(
         score,
         two,
         frequency_hz=loaded.drive.frequency_hz,
+        known_as=loaded.known_as,
         for_fingers=loaded.is_for_several,
         has_fingers=loaded.fingers is not None,
         foam_twice=foam_twice,

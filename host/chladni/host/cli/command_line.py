@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from chladni.host.cli import (  # noqa: F401
         board,
         compare,
-        design,
         emulate,
         fingers,
         plate,
@@ -30,6 +29,7 @@ if TYPE_CHECKING:
         studio,
         table,
     )
+    from chladni.host.cli.designing import design  # noqa: F401
     from chladni.host.cli.device import commands  # noqa: F401
     from chladni.host.cli.effects import commands as effects_commands  # noqa: F401
     from chladni.host.cli.effects import play  # noqa: F401

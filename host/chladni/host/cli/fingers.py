@@ -266,9 +266,8 @@ def _draw(path: Path, board: Board, score: FingersScore, *, is_played: bool) -> 
     from chladni.host.figures.fingers import fingers_figure  # noqa: PLC0415
 
     threshold = threshold_um(board.drive.frequency_hz)
-    is_measured = board.measured is not None
     drawn = fingers_figure(
-        board.name, score, threshold, is_played=is_played, is_measured=is_measured
+        board.name, score, threshold, is_played=is_played, known_as=board.known_as
     )
     write_figure(drawn, path)
 

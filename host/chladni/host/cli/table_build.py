@@ -23,7 +23,7 @@ from chladni.host.cli.common.options import (
 )
 from chladni.host.cli.common.output import answer, check_output, progress_bar, say_unmet
 from chladni.host.cli.common.ranges import TABLE_FREQUENCIES
-from chladni.host.cli.common.verdicts import of_responses, of_table
+from chladni.host.cli.common.table_verdicts import of_responses, of_table
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import ConflictError, InputError
 from chladni.sim.fields.transfer import TOLERANCE

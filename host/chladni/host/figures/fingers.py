@@ -32,7 +32,7 @@ def fingers_figure(
     threshold_um: float | None,
     *,
     is_played: bool = False,
-    is_measured: bool = False,
+    known_as: str = "as drawn",
 ) -> Figure:
     """Shares of fingers by isolation, own level and what they feel of the others.
 
@@ -79,8 +79,7 @@ def fingers_figure(
     panels[0].set_ylabel("share of fingers that have less", fontsize=9)
     panels[0].legend(fontsize=8, loc="upper left")
     has_both = any(own.perturbed is not None for own in score.counts)
-    known = "as measured" if is_measured else "as drawn"
-    lines = f"solid: {known}, dashed: within tolerances" if has_both else known
+    lines = f"solid: {known_as}, dashed: within tolerances" if has_both else known_as
     by = "pins of an emulated device" if is_played else "simulated"
     figure.suptitle(
         f"{name}: fingers {score.apart_mm:g} mm apart or more, all pressing with "

@@ -109,6 +109,11 @@ class Board(BoardParts):
         return self.fingers is not None and self.focus is None
 
     @property
+    def known_as(self) -> str:
+        """How its values are known, in words."""
+        return "as drawn" if self.measured is None else "as measured"
+
+    @property
     def has_magnetic_coupling(self) -> bool:
         """Whether it is known what coils and magnets do to those of other actuators."""
         return bool(

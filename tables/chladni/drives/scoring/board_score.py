@@ -106,7 +106,7 @@ def score_board(
     border
         Whether places on the border of the active area are scored too.
     tolerance
-        Relative L² error of the drawn boards' fields.
+        Relative L² error of the random boards' fields.
     as_tables
         Whether drives make up for a finger's load where those of a table do.
     progress

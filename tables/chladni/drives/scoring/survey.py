@@ -162,7 +162,7 @@ def active_lattice(
     halfway
         Whether places half-way from each to the next are added.
     samples
-        Drawn boards on which each place is measured too, for the memory that takes.
+        Random boards on which each place is measured too, for the memory that takes.
 
     Raises
     ------
@@ -222,7 +222,7 @@ def score_drives(
     samples
         Boards drawn within the tolerances; 0 leaves them out.
     tolerance
-        Relative L² error of the drawn boards' fields.
+        Relative L² error of the random boards' fields.
     progress
         Called with (done, all) of the boards.
     """

@@ -16,7 +16,7 @@ MODULES = {
     "fingers": "fingers",
     "effects": "effects.commands",
     "play": "effects.play",
-    "design": "design",
+    "design": "designing.design",
     "calibrate": "measured.calibrate",
     "flash": "device.commands",
     "board": "board",

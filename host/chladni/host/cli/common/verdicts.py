@@ -18,23 +18,29 @@ from chladni.sim.image.metrics import SECOND_FINGER_DISTANCE
 
 if TYPE_CHECKING:
     from chladni.host.emulation.played_effect import PlayedEffect
-    from chladni.tables.several_fingers.build import FrequencyIsolation, ResponsesReport
 
 WIDE_MM = 14.0
 """Coils farther apart than 12 mm, about a fingertip, leave places between them (docs/focus.md)."""
 MOST_COILS = max(own.channels for own in CHIPS.values())
-MUCH_DB = 1.0
-"""Of isolation that a table loses: from here on its remedy is told."""
 SAME_DB = 0.05
 """What is written with one digit is the same below."""
 
 
 def of_places(
-    score: FocusStatistics, *, frequency_hz: float, built: FocusStatistics | None = None
+    score: FocusStatistics,
+    *,
+    frequency_hz: float,
+    built: FocusStatistics | None = None,
+    known_as: str = "as drawn",
 ) -> str:
     """Whether drives all over a board focus, and whether a finger feels them.
 
-    `built`: of boards within tolerances.
+    Parameters
+    ----------
+    built
+        Of boards within tolerances.
+    known_as
+        How the board's values are known, in words.
     """
     apart, kept = next(
         (
@@ -55,18 +61,19 @@ def of_places(
         told = f"It focuses: {at} gets at least {kept.p10:.1f} dB less at nine of ten places"
         off = None if built is None else built.second_finger_20mm_db
         if apart == 20 and off is not None and off.p10 < NOTICED_DB:
-            told += f", as drawn ({_less(off.p10)} within tolerances)"
+            told += f", {known_as} ({less_of(off.p10)} within tolerances)"
     elif kept.median >= NOTICED_DB:
         told = (
             f"It focuses at some places: {at} gets {kept.median:.1f} dB less at the median, and "
-            f"{_less(kept.p10)} at the worst tenth"
+            f"{less_of(kept.p10)} at the worst tenth"
         )
     else:
-        told = f"It does not focus: {at} gets {_less(kept.median)} at the median"
+        told = f"It does not focus: {at} gets {less_of(kept.median)} at the median"
     return f"{told}; fingers notice {NOTICED_DB:g} dB. {_felt(score, frequency_hz)}".rstrip()
 
 
-def _less(db: float) -> str:
+def less_of(db: float) -> str:
+    """Decibels in words."""
     return f"{db:.1f} dB less" if db >= 0.0 else f"{-db:.1f} dB more"
 
 
@@ -91,6 +98,7 @@ def of_board(
     two: CountScore | None,
     *,
     frequency_hz: float,
+    known_as: str = "as drawn",
     for_fingers: bool = False,
     has_fingers: bool = True,
     foam_twice: KeptApart | None = None,
@@ -102,6 +110,8 @@ def of_board(
     ----------
     two
         Of two fingers that press; None where there is no room for them.
+    known_as
+        How the board's values are known, in words.
     for_fingers
         Whether the board is for several: then that comes first, and no remedy for one focus.
     has_fingers
@@ -111,7 +121,7 @@ def of_board(
     tried
         What could help, the best first.
     """
-    focus = of_places(score, frequency_hz=frequency_hz, built=score.perturbed)
+    focus = of_places(score, frequency_hz=frequency_hz, built=score.perturbed, known_as=known_as)
     known = score.second_finger_20mm_db
     apart = ""
     if two is not None:
@@ -119,7 +129,7 @@ def of_board(
         condition = "" if has_fingers else ", once its file has [fingers],"
         apart = (
             f"It keeps two pressing fingers{condition} {kept.median:z.0f} dB apart at the median, "
-            f"{kept.p10:z.0f} at the worst tenth, as drawn.{_on_stiffer_foam(two, foam_twice)}"
+            f"{kept.p10:z.0f} at the worst tenth, {known_as}.{_on_stiffer_foam(two, foam_twice)}"
         )
     if for_fingers:
         alone = "Drives for one finger, which its device does not play (it plays the loudest):"
@@ -144,12 +154,12 @@ def _remedy(score: BoardScore, tried: Sequence[Remedy]) -> str:
     """What makes a board focus, of what was tried; else how far off it is, and coils nearer."""
     best, own = (tried[0] if tried else None), score.second_finger_20mm_db
     if best is not None and best.second_finger_20mm_db >= NOTICED_DB:
-        return f"Tried on it: {best.change} makes that {_less(best.second_finger_20mm_db)}."
+        return f"Tried on it: {best.change} makes that {less_of(best.second_finger_20mm_db)}."
     told = ""
     if best is not None and own is not None:
         helps = best.second_finger_20mm_db > own.median + SAME_DB
         told = (
-            f"Tried on it: {best.change} helps most, {_less(best.second_finger_20mm_db)}, which "
+            f"Tried on it: {best.change} helps most, {less_of(best.second_finger_20mm_db)}, which "
             "does not do. "
             if helps
             else "No thinner sheet nor other foam helps, as tried. "
@@ -188,14 +198,14 @@ def of_place(
     is_near = off <= SECOND_FINGER_DISTANCE * 1e3
     where = f"the maximum lies {off:.1f} mm from the finger, and a finger 12 mm away gets"
     if is_near and less >= NOTICED_DB:
-        told = f"It focuses: {where} {_less(less)}"
+        told = f"It focuses: {where} {less_of(less)}"
     elif is_near and less > 0.0:
-        told = f"It hardly focuses: {where} only {_less(less)}"
+        told = f"It hardly focuses: {where} only {less_of(less)}"
     else:
-        told = f"It does not focus: {where} {_less(less)}"
+        told = f"It does not focus: {where} {less_of(less)}"
     far = card.second_finger_20mm_db
     if far is not None and far - less >= SAME_DB:
-        told += f", one 20 mm away {_less(far)}"
+        told += f", one 20 mm away {less_of(far)}"
     um = card.felt.finger_um if card.felt is not None else None
     level = _level(um, frequency_hz, "The finger itself moves by") if um is not None else ""
     told += f"; fingers notice {NOTICED_DB:g} dB."
@@ -225,7 +235,7 @@ def of_methods(entries: Sequence[Mapping[str, Any]], best: Mapping[str, Any]) ->
         return f"{told}."
     start = "it focuses" if less >= NOTICED_DB else "it does not focus"
     return (
-        f"{told}: {start}, another finger 12 mm away gets {_less(less)} at the median; fingers "
+        f"{told}: {start}, another finger 12 mm away gets {less_of(less)} at the median; fingers "
         f"notice {NOTICED_DB:g} dB."
     )
 
@@ -262,68 +272,8 @@ def of_design(found: Mapping[str, Any], *, for_fingers: Mapping[int, float]) -> 
     felt = "" if um is None else f" The finger itself moves by {um:.2g} µm or more."
     db = found["second_finger_20mm_db"]
     start = "It focuses" if db >= NOTICED_DB else "It does not focus everywhere"
-    at = f"within tolerances another finger 20 mm away gets {_less(db)}"
+    at = f"within tolerances another finger 20 mm away gets {less_of(db)}"
     return f"{start}: {at} at the worst tenth; fingers notice {NOTICED_DB:g} dB.{felt}"
-
-
-def of_table(
-    objective: str,
-    misled: int,
-    places: int,
-    *,
-    second_finger_db: float | None = None,
-    for_fingers: bool = False,
-) -> str:
-    """What a table of drives is for; whether it focuses is mostly another command's to say.
-
-    Parameters
-    ----------
-    second_finger_db
-        What another finger 20 mm away gets less than the finger, at the median, if known.
-    for_fingers
-        Whether the table has responses too: then drives that do not focus only cost level.
-    """
-    if objective == "focus":
-        told = "Its drives are those that focus best."
-        if for_fingers and second_finger_db is not None and second_finger_db < NOTICED_DB:
-            told += (
-                " They do not focus (another finger 20 mm away gets "
-                f"{_less(second_finger_db)} at the median) and are quieter for trying. "
-                "`--for fingers`, or a board file without [focus], gives one finger alone the "
-                "loudest drive."
-            )
-    elif misled:
-        told = f"At {misled} of {places} places its maximum is more than 12 mm from the finger."
-    else:
-        told = f"Its drives are best at {objective}."
-    return f"{told} `chladni table score` says what fingers feel of it."
-
-
-def of_responses(report: ResponsesReport, *, with_drives: bool) -> str:
-    """What a table of responses keeps of the board's isolation, at its worst frequency.
-
-    `with_drives`: the responses lie at the places of a table's drives.
-    """
-
-    def lost(one: FrequencyIsolation) -> float:
-        return one.exact_isolation_db.p10 - one.isolation_db.p10
-
-    one = max(report.frequencies, key=lost)
-    kept, exact = one.isolation_db, one.exact_isolation_db
-    at = "" if len(report.frequencies) == 1 else f" at {one.frequency_hz:g} Hz"
-    block, less = "regions" if with_drives else "fingers", ""
-    if lost(one) >= MUCH_DB:
-        less = f" A smaller [{block}] pitch_mm than {_pitch(report)} loses less, in a larger table."
-    return (
-        f"It keeps two pressing fingers {kept.median:z.1f} dB apart{at} at the median, "
-        f"{kept.p10:z.1f} at the worst tenth. The board itself has {exact.median:z.1f} and "
-        f"{exact.p10:z.1f} (`chladni board score`); rounding and {_pitch(report)} mm between "
-        f"places take the rest.{less}"
-    )
-
-
-def _pitch(report: ResponsesReport) -> str:
-    return " × ".join(f"{along:.2g}" for along in dict.fromkeys(report.pitch_mm))
 
 
 def of_tolerances(influences: Sequence[Influence], name: str | None) -> str:

@@ -22,7 +22,7 @@ from chladni.sim.errors import ChladniError, InputError, StoppedError
 MOST_EVALUATIONS = 500
 """Of a search on a page: some ten minutes on two cores. `chladni design` has no such limit."""
 SAMPLES = 8
-"""Drawn boards by which the last few are compared, in place of the command's 32."""
+"""Random boards by which the last few are compared, in place of the command's 32."""
 TOLD_S = 0.5
 
 
@@ -32,7 +32,7 @@ class Search:
     Attributes
     ----------
     entries
-        Boards so far that keep the limits. Those of the result, scored with more drawn boards,
+        Boards so far that keep the limits. Those of the result, scored with more random boards,
         come last.
     front
         Which of them no other one beats in every goal, the best score first.

@@ -11,7 +11,7 @@ from chladni.host.device.checks.info_rows import info_rows
 from chladni.host.device.checks.self_test import SELF_TEST_S, try_channel
 from chladni.host.device.configure import change_settings
 from chladni.host.device.device import Device
-from chladni.host.device.wire import USB_VENDORS, SerialWire
+from chladni.host.device.wires.wire import USB_VENDORS, SerialWire
 from chladni.host.protocol.board_config import board_settings, check_chip
 from chladni.host.protocol.settings import SHOWN, parse_setting
 from chladni.sim.board.board import Board

@@ -253,7 +253,7 @@ def _perturbed(
     seed: int,
     counter: StepCounter,
 ) -> list[FloatArray | None]:
-    """Rows of the same sets, each on one of the drawn boards."""
+    """Rows of the same sets, each on one of the random boards."""
     if not samples:
         return [None] * len(places)
     rows: list[list[FloatArray]] = [[] for _ in places]

@@ -1,0 +1,70 @@
+"""What a table that was built is for, and what it keeps of its board's isolation."""
+
+from __future__ import annotations
+
+from chladni.host.cli.common.verdicts import less_of
+from chladni.sim.image.finger import NOTICED_DB
+from chladni.tables.several_fingers.build import FrequencyIsolation, ResponsesReport
+
+MUCH_DB = 1.0
+"""Of isolation that a table loses: from here on its remedy is told."""
+
+
+def of_table(
+    objective: str,
+    misled: int,
+    places: int,
+    *,
+    second_finger_db: float | None = None,
+    for_fingers: bool = False,
+) -> str:
+    """What a table of drives is for; whether it focuses is mostly another command's to say.
+
+    Parameters
+    ----------
+    second_finger_db
+        What another finger 20 mm away gets less than the finger, at the median, if known.
+    for_fingers
+        Whether the table has responses too: then drives that do not focus only cost level.
+    """
+    if objective == "focus":
+        told = "Its drives are those that focus best."
+        if for_fingers and second_finger_db is not None and second_finger_db < NOTICED_DB:
+            told += (
+                " They do not focus (another finger 20 mm away gets "
+                f"{less_of(second_finger_db)} at the median) and are quieter for trying. "
+                "`--for fingers`, or a board file without [focus], gives one finger alone the "
+                "loudest drive."
+            )
+    elif misled:
+        told = f"At {misled} of {places} places its maximum is more than 12 mm from the finger."
+    else:
+        told = f"Its drives are best at {objective}."
+    return f"{told} `chladni table score` says what fingers feel of it."
+
+
+def of_responses(report: ResponsesReport, *, with_drives: bool) -> str:
+    """What a table of responses keeps of the board's isolation, at its worst frequency.
+
+    `with_drives`: the responses lie at the places of a table's drives.
+    """
+
+    def lost(one: FrequencyIsolation) -> float:
+        return one.exact_isolation_db.p10 - one.isolation_db.p10
+
+    one = max(report.frequencies, key=lost)
+    kept, exact = one.isolation_db, one.exact_isolation_db
+    at = "" if len(report.frequencies) == 1 else f" at {one.frequency_hz:g} Hz"
+    block, less = "regions" if with_drives else "fingers", ""
+    if lost(one) >= MUCH_DB:
+        less = f" A smaller [{block}] pitch_mm than {_pitch(report)} loses less, in a larger table."
+    return (
+        f"It keeps two pressing fingers {kept.median:z.1f} dB apart{at} at the median, "
+        f"{kept.p10:z.1f} at the worst tenth. The board itself has {exact.median:z.1f} and "
+        f"{exact.p10:z.1f} (`chladni board score`); rounding and {_pitch(report)} mm between "
+        f"places take the rest.{less}"
+    )
+
+
+def _pitch(report: ResponsesReport) -> str:
+    return " × ".join(f"{along:.2g}" for along in dict.fromkeys(report.pitch_mm))

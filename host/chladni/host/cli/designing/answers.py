@@ -1,0 +1,131 @@
+"""What `chladni design` found, in its answer and on top of each board file."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+from chladni.design.evaluate import TOO_WEAK, least_um
+from chladni.design.front import Design, Entry
+from chladni.design.spec import FINGER_LEVEL, FINGER_TERMS, Spec
+from chladni.host.cli.common.board_reports import of_waves
+from chladni.host.cli.common.verdicts import of_design
+from chladni.host.manufacture.board_parts import sheet_of
+
+
+def about(found: Design, spec: str, asked: Spec) -> list[str]:
+    """What stands on top of the best board's file."""
+    first = f"Answers {Path(spec).name}: the best of {found.evaluations} boards, seed {found.seed}."
+    most = asked.settings.evaluations
+    more = [f"({most} were asked for, and a round that has begun is finished.)"]
+    less = lacking(found, asked)
+    return [
+        first,
+        *more * (found.evaluations > most),
+        *about_entry(found.best),
+        *[less] * bool(less),
+    ]
+
+
+def is_ended(found: Design, spec: Spec, minutes: float | None) -> bool:
+    """Whether its time ended a search, so that the same command may go on."""
+    return minutes is not None and found.evaluations < spec.settings.evaluations
+
+
+def extent(found: Design, spec: Spec, samples: int, minutes: float | None, kept: Path) -> str:
+    """How far the search went, where its time ended it."""
+    asked, drawn = spec.settings.evaluations, found.draws
+    said = ""
+    if is_ended(found, spec, minutes):
+        said = f"Time was up after {found.evaluations} of {asked} boards: a longer search may gain."
+        said += f" The same command goes on from {kept}."
+    if drawn < samples:
+        few = f"The last few had {drawn} random boards each in place of {samples}"
+        said += f" {few}: the worst tenth may be some dB less."
+    return said.strip()
+
+
+def lacking(found: Design, spec: Spec) -> str:
+    """What the best board's score lost where its finger gets less than the SPEC asks for."""
+    level, asked = least_um(spec, found.board)
+    several = level == FINGER_LEVEL
+    um = found.best.summary.get("fingers_um" if several else "finger_um")
+    if um is None or um >= asked:
+        return ""
+    lost = TOO_WEAK * 20.0 * math.log10(asked / um)
+    who = "Each of two fingers" if several else "A finger"
+    return (
+        f"{who} gets {um:.2g} µm at the worst tenth, and design.finger_um asks for {asked:g}: "
+        f"that took {lost:.1f} dB off the score, {TOO_WEAK:g} for each dB less."
+    )
+
+
+def median(found: Design) -> str:
+    """What the middle of all places has of one finger; the search goes by the worst tenth."""
+    kept = found.full.perturbed
+    db = kept.second_finger_20mm_db if kept else None
+    um = kept.finger_um if kept else None
+    if db is None:
+        return ""
+    level = "" if um is None else f" and {um.median:.2g} µm"
+    return f"The median for one finger is {db.median:z.0f} dB 20 mm away{level}."
+
+
+def about_entry(entry: Entry) -> list[str]:
+    """What stands on top of any board's file: its scores."""
+    own = entry.summary
+    scores = (
+        f"Score {entry.evaluation.score:.2f} as drawn, {entry.evaluation.robust_score:.2f} within "
+        "tolerances, by [design.weights]. Within tolerances nine of ten places have"
+    )
+    several = [
+        f"{FINGER_TERMS[name]} fingers {own[name]:z.1f} dB" for name in FINGER_TERMS if name in own
+    ]
+    if several:
+        each = f", at {own['fingers_um']:.1f} µm or more each" if "fingers_um" in own else ""
+        return [scores, f"{', '.join(several)} apart{each}."]
+    um, db = own["finger_um"], own["second_finger_20mm_db"]
+    apart = f"at least {db:.1f} dB below" if db >= 0.0 else f"up to {-db:.1f} dB above"
+    return [
+        scores,
+        f"a second finger 20 mm away {apart} the finger"
+        + (f", and {um:.1f} µm under it." if um is not None else "."),
+    ]
+
+
+def result(
+    found: Design, spec: Spec, entries: list[dict[str, Any]], output: Path, extent: str
+) -> dict[str, Any]:
+    """The answer; `extent` says how far the search went."""
+    verdict = of_design(
+        found.best.summary,
+        for_fingers={
+            count: found.best.evaluation.terms[name]
+            for name, count in FINGER_TERMS.items()
+            if name in spec.weights
+        },
+    )
+    waves = of_waves(found.board) if found.board.fingers is not None else ""
+    remarks = (
+        verdict,
+        extent,
+        median(found),
+        lacking(found, spec),
+        waves and f"T{waves[1:]}.",
+    )
+    return {
+        "verdict": " ".join(one for one in remarks if one),
+        "path": str(output),
+        "score": found.best.evaluation.score,
+        "robust_score": found.best.evaluation.robust_score,
+        "evaluations": found.evaluations,
+        "seconds": found.seconds,
+        "seed": found.seed,
+        "sheet": sheet_of(found.board.plate),
+        "actuators": [
+            {"name": one.name, "at_mm": [round(1e3 * along, 6) for along in one.at]}
+            for one in found.board.actuators
+        ],
+        "front": entries,
+    }

@@ -1,0 +1,81 @@
+"""What `chladni design` says beside its answer: how long a search is, and what to do next."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from chladni.design.evaluate import completed_board, document_of
+from chladni.design.front import Design
+from chladni.design.last_boards import boards_more
+from chladni.design.spec import FINGER_TERMS, Spec
+from chladni.design.starts import spread_numbers
+from chladni.host.cli.common.board_reports import say_leftovers, say_panel
+from chladni.host.cli.common.output import say
+from chladni.sim.board.panel_layer import layered_plate
+from chladni.sim.errors import InputError
+
+WORTH, WORTH_OPEN = 60, 200
+"""Boards up to which scores grow, of coils' places alone and with sheet or foam open
+(docs/design.md)."""
+
+
+def say_last(count: int, draws: int, seconds: float) -> None:
+    """Before the last boards are compared, which may take long."""
+    time = f"{seconds / 60.0:.0f} min" if seconds >= 90.0 else f"{seconds:.0f} s"
+    boards = "the last board" if count == 1 else f"the last {count} boards"
+    say(f"about {time} to compare {boards}, with {draws} random boards each")
+
+
+def say_pace(spec: Spec, minutes: float | None, most: int, board_s: float) -> None:
+    """How many boards a search comes to in its time, and how many are worth it."""
+    asked, worth = spec.settings.evaluations, WORTH_OPEN if spec.variables else WORTH
+    told = f"a board takes {board_s:.2g} s"
+    if minutes:
+        told += f": this search looks at about {most} of {asked} boards in {minutes:g} min"
+    elif minutes is None:
+        told += f": {most} boards take about {most * board_s / 60.0:.2g} min"
+    if most < worth:
+        told += f"; scores of a SPEC like this grow up to some {worth} (docs/design.md)"
+    say(told)
+
+
+def is_kept(kept: Path, others: list[int]) -> bool:
+    """Whether there is something of this search, and not of the other one that it replaces."""
+    return kept.exists() and kept.stat().st_mtime_ns not in others
+
+
+def say_other(kept: Path, others: list[int]) -> None:
+    """Before what an earlier search kept is lost; `others` gets the time of its last change."""
+    others.append(kept.stat().st_mtime_ns)
+    say(
+        f"{kept} has boards of another SPEC, seed or version: the search begins again, and its own "
+        "take their place. To keep them stop it now, and write to another name"
+    )
+
+
+def say_first(spec: Spec, seed: int, samples: int) -> None:
+    """How long a search is, and what is missing in any board of the SPEC."""
+    first = "layouts first, then " if spec.places_are_free else ""
+    say(
+        f"{first}{spec.settings.evaluations} boards, and to compare the last few takes as long as "
+        f"some {boards_more(spec, samples)} more"
+    )
+    places = [(0.0, 0.0)] if spec.places_are_free else None
+    try:
+        board = completed_board(document_of(spec, spread_numbers(spec, seed)[0], places))
+    except InputError:
+        return  # The search says what is wrong.
+    say_leftovers(board)
+    if layered := layered_plate(board):
+        say_panel(layered, for_several=board.is_for_several)
+
+
+def say_next(found: Design, spec: Spec, output: Path) -> None:
+    """Which commands score the board as the search did, and say more."""
+    if FINGER_TERMS.keys() & spec.weights.keys():
+        own = f"{output} --samples {found.draws} --seed {found.seed}"
+        say(f"`chladni fingers {own}` scores it within tolerances, as here.")
+        pairs = f"chladni play click --pairs 20 --emulator --board {output}"
+        say(f"Scores are of tones: `{pairs}` tells what clicks keep.")
+    foam = " and how much foam twice as stiff takes" if found.board.foundation else ""
+    say(f"`chladni board score {output}` says more{foam}.")
