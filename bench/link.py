@@ -21,11 +21,11 @@ from statistics import median
 import numpy as np
 
 from chladni.host.device.device import Device
-from chladni.host.device.link import LinkError
 from chladni.host.device.streaming import BUFFER_S, StreamStep
-from chladni.host.device.udp import UdpPort, UdpWire
-from chladni.host.device.virtual_port import VirtualPort
-from chladni.host.device.wire import EmulatorWire, WireError
+from chladni.host.device.wires.link import LinkError
+from chladni.host.device.wires.udp import UdpPort, UdpWire
+from chladni.host.device.wires.virtual_port import VirtualPort
+from chladni.host.device.wires.wire import EmulatorWire, WireError
 from chladni.host.emulation.emulator import Emulator, Hardware
 from chladni.host.protocol.network import NetworkSettings
 from chladni.tables.format import pack

@@ -12,10 +12,10 @@ from types import ModuleType
 
 import atheris
 
-from chladni.host.device import link
-from chladni.host.device import udp as datagrams
-from chladni.host.device.link import FrameSplitter, _answer
-from chladni.host.device.udp import seal, unseal
+from chladni.host.device.wires import link
+from chladni.host.device.wires import udp as datagrams
+from chladni.host.device.wires.link import FrameSplitter, _answer
+from chladni.host.device.wires.udp import seal, unseal
 from chladni.host.protocol import config as device_config
 from chladni.host.protocol.config import unpack_config
 from chladni.host.protocol.network import Kind

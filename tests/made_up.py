@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from chladni.drives.problem.region_grid import RegionGrid
 from chladni.host.device.device import Device
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.emulator import (
     Emulator,
     Recording,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.host.device.streaming import StreamStep
-from chladni.host.device.udp import (
+from chladni.host.device.wires.udp import (
     EmulatedPort,
     seal,
     unseal,

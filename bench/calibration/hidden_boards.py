@@ -26,7 +26,7 @@ from chladni.calibration.recorder import record_hidden
 from chladni.calibration.sweep import heard_coils
 from chladni.drives.scoring.tolerances import SOFT_SCREW
 from chladni.host.device.device import Device
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.sensed_plate import emulator_on
 from chladni.host.emulation.shaken_plate import Sensor, stand
 from chladni.host.measuring.accelerometer import read_motions

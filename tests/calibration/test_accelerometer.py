@@ -16,8 +16,8 @@ from chladni.calibration.laboratory.measured_fields import joined
 from chladni.calibration.sensing import BASE_SAMPLES, MULTIPLES, UNIT_HZ
 from chladni.calibration.unknowns import unknowns_of
 from chladni.host.device.device import Device
-from chladni.host.device.link import LinkError
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.link import LinkError
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, TouchEvent
 from chladni.host.emulation.sensed_plate import PERIODS, emulator_on
 from chladni.host.emulation.shaken_plate import Sensor, SensorModel, stand

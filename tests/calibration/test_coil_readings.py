@@ -21,8 +21,8 @@ from chladni.calibration.sensing import (
     turned_inductances,
 )
 from chladni.host.device.device import Device
-from chladni.host.device.link import LinkError
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.link import LinkError
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, TouchEvent
 from chladni.host.emulation.sensed_plate import emulator_on, sensing_settings
 from chladni.host.measuring.coil_readings import ReadingError, read_coils, sense

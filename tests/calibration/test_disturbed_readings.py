@@ -8,7 +8,7 @@ from calibration.small_board import small_board
 from chladni.calibration import hidden_plate, read_hidden
 from chladni.calibration.sensing import MOST_SECONDS
 from chladni.host.device.device import Device
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.sensed_plate import emulator_on
 from chladni.host.measuring.coil_readings import read_coils
 

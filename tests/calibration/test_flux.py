@@ -9,7 +9,7 @@ from chladni.calibration import fit_board, hidden_plate
 from chladni.calibration.flux import MotionReadings
 from chladni.calibration.sensing import MOST_SECONDS, read_hidden
 from chladni.host.device.device import Device
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.sensed_plate import emulator_on
 from chladni.host.measuring.coil_readings import read_coils
 from chladni.sim.board.file import load_board

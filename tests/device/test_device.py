@@ -21,8 +21,8 @@ import pytest
 from chladni.host.device.checks.readiness import check_ready
 from chladni.host.device.configure import restart_with
 from chladni.host.device.device import Device
-from chladni.host.device.link import LinkError
-from chladni.host.device.wire import SerialWire
+from chladni.host.device.wires.link import LinkError
+from chladni.host.device.wires.wire import SerialWire
 from chladni.host.protocol.board_config import config_of
 from chladni.host.protocol.link import VERSION_MAJOR
 from chladni.sim.board.board import Board

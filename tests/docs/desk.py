@@ -16,7 +16,7 @@ from unittest import mock
 
 from chladni.host.cli.app import main
 from chladni.host.device.device import Device
-from chladni.host.device.wire import SerialWire
+from chladni.host.device.wires.wire import SerialWire
 from chladni.sim.board.file import shipped_boards
 from docs import transcript
 

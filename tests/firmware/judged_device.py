@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from chladni.host.device.device import Device
-from chladni.host.device.udp import EmulatedPort, UdpWire
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.udp import EmulatedPort, UdpWire
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, Hardware, Recording, TouchEvent
 from chladni.host.protocol.config import DeviceConfig, pack_config
 from chladni.host.protocol.network import NetworkSettings

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chladni.host.device.device import Device
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.protocol.slot_store import (
     ENTRY_BYTES,

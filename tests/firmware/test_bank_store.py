@@ -10,8 +10,8 @@ from chladni.effects import Area, Bank
 from chladni.effects import shipped_effects as shipped
 from chladni.effects.bank.pack import pack_bank
 from chladni.host.device.device import Device
-from chladni.host.device.link import LinkError
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.link import LinkError
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, Hardware, TouchEvent
 from chladni.host.protocol.slot_store import BANK_SLOT_BYTES, ENTRY_BYTES, SECTOR_BYTES
 from chladni.tables.table import Limits, Table

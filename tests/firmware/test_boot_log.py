@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from chladni.host.device.device import Device
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, TouchEvent
 from chladni.host.protocol.network import NetworkSettings
 from chladni.tables.table import Limits, Table

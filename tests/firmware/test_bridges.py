@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from chladni.host.device.device import Device
-from chladni.host.device.link import Answer, LinkError
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.link import Answer, LinkError
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation._emulator import Pwm, full_span_steps
 from chladni.host.emulation.emulator import Emulator, EmulatorError, TouchEvent
 from chladni.host.protocol.board_config import config_of

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from chladni.host.device.device import Device
-from chladni.host.device.link import LinkError
+from chladni.host.device.wires.link import LinkError
 from chladni.host.protocol.config import PANELS, DeviceConfig, pack_config
 from chladni.host.protocol.network import NetworkSettings, pack_network
 from chladni.sim.board.electronics import ChipName

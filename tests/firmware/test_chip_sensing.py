@@ -9,7 +9,7 @@ import pytest
 
 from chladni.calibration.device_readings import Heard
 from chladni.host.device.device import Device
-from chladni.host.device.link import LinkError
+from chladni.host.device.wires.link import LinkError
 from chladni.host.measuring.coil_readings import ReadingError, sense
 from chladni.host.protocol.config import DeviceConfig
 from firmware.chip_started import CONFIG, on_each_chip, started

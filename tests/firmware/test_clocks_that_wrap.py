@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from chladni.effects import Area, Bank, shipped_effects
 from chladni.effects.bank.pack import pack_bank
 from chladni.host.device.device import Device
-from chladni.host.device.link import LinkError
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.link import LinkError
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, Hardware, TouchEvent
 from chladni.tables.table import Limits, Table
 from made_up import device_of

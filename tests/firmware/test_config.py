@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chladni.host.device.device import Device
-from chladni.host.device.link import LinkError
-from chladni.host.device.udp import EmulatedPort, UdpWire
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.link import LinkError
+from chladni.host.device.wires.udp import EmulatedPort, UdpWire
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation import _emulator
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.protocol.board_config import config_of

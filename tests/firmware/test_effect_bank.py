@@ -17,8 +17,8 @@ from chladni.effects.bank.pack import pack_bank
 from chladni.effects.bank.unpack import unpack_bank
 from chladni.host.device.device import Device
 from chladni.host.device.device_effects import AreaEvent
-from chladni.host.device.link import LinkError
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.link import LinkError
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.demodulate import Play, phasors
 from chladni.host.emulation.emulator import Emulator, TouchEvent
 from chladni.sim.errors import ArgumentError

@@ -13,8 +13,8 @@ from chladni.effects import shipped_effects as shipped
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.bank.pack import pack_bank
 from chladni.host.device.device import Device
-from chladni.host.device.link import LinkError
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.link import LinkError
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation._emulator import effect_samples
 from chladni.host.emulation.emulator import Emulator, Recording
 from chladni.tables.table import Table

@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 
 from chladni.host.device.device import Device
-from chladni.host.device.link import LinkError
-from chladni.host.device.udp import EmulatedPort, UdpWire
-from chladni.host.device.wire import EmulatorWire, WireError
+from chladni.host.device.wires.link import LinkError
+from chladni.host.device.wires.udp import EmulatedPort, UdpWire
+from chladni.host.device.wires.wire import EmulatorWire, WireError
 from chladni.host.emulation.emulator import Emulator, Hardware, TouchEvent
 from chladni.host.protocol.config import DeviceConfig, pack_config
 from chladni.host.protocol.network import NetworkSettings

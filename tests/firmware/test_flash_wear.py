@@ -9,9 +9,9 @@ from collections.abc import Callable
 import pytest
 
 from chladni.host.device.device import Device
-from chladni.host.device.link import LinkError
-from chladni.host.device.udp import EmulatedPort, UdpWire
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.link import LinkError
+from chladni.host.device.wires.udp import EmulatedPort, UdpWire
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.protocol.link import Status
 from chladni.host.protocol.slot_store import SECTOR_BYTES, SECTOR_ERASES

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from chladni.host.device.link import LinkError
+from chladni.host.device.wires.link import LinkError
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.protocol.slot_store import (
     ENTRY_BYTES,

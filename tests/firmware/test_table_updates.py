@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from chladni.host.device.link import LinkError
 from chladni.host.device.upload import TABLES, Upload
+from chladni.host.device.wires.link import LinkError
 from chladni.host.protocol.link import Status
 from chladni.host.protocol.slot_store import TRAILER_OFFSET
 from chladni.sim.errors import InputError

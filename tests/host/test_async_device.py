@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from chladni.host.device.async_device import AsyncDevice
-from chladni.host.device.link import LinkError
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.link import LinkError
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.tables.format import pack
 from made_up import make_table, powered, random_table
 

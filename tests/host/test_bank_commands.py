@@ -17,7 +17,7 @@ from chladni.host.cli.effects.remarks import say_out_of_reach
 from chladni.host.device.async_device import AsyncDevice
 from chladni.host.device.device import Device
 from chladni.host.device.device_effects import AreaEvent, DeviceArea
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, TouchEvent
 from chladni.host.emulation.played_effect import effect_of_bank
 from chladni.host.protocol.config import DeviceConfig

@@ -18,7 +18,7 @@ from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
 from chladni.drives.scoring.spread import Spread
 from chladni.host.cli.measured.calibrate import verdict
 from chladni.host.cli.measured.ways import Calibrated
-from chladni.host.device.virtual_port import VirtualPort
+from chladni.host.device.wires.virtual_port import VirtualPort
 from chladni.host.emulation.sensed_plate import emulator_on
 from chladni.sim.board.file import load_board
 from chladni.sim.board.fingers import Focus

@@ -8,7 +8,7 @@ import pytest
 
 from chladni.host.device.configure import change_settings
 from chladni.host.device.device import Device
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, TouchEvent, emulate
 from chladni.host.protocol.board_config import board_settings, check_chip, config_of
 from chladni.host.protocol.config import DeviceConfig

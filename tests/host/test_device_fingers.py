@@ -16,9 +16,9 @@ from chladni.effects import shipped_effects
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.host.device.checks.info_rows import finger_rows
 from chladni.host.device.device import Device
-from chladni.host.device.link import LinkError
-from chladni.host.device.virtual_port import VirtualPort
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.link import LinkError
+from chladni.host.device.wires.virtual_port import VirtualPort
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator
 from chladni.sim.errors import ArgumentError, InputError
 from chladni.tables.format import pack

@@ -83,7 +83,7 @@ KNOWN = {
     "sim/files.py",  # where reading and writing live
     "drives/checkpoint.py",  # what files.py opened
     "host/device/stream_sources.py",  # lines that files.py read
-    "host/device/wire.py",  # a serial port
+    "host/device/wires/wire.py",  # a serial port
     "host/cli/common/ending.py",  # /dev/null
     "host/studio/export.py",  # the page, which is part of the program
 }

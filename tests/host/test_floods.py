@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from chladni.host.device.device import Device
-from chladni.host.device.udp import (
+from chladni.host.device.wires.udp import (
     MOST_CHALLENGES,
     EmulatedPort,
     UdpWire,
@@ -18,7 +18,7 @@ from chladni.host.device.udp import (
     seal,
     unseal,
 )
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, TouchEvent
 from chladni.host.protocol.link import BY_NAME
 from chladni.host.protocol.network import HEAD, HELLO_BYTES, SESSION, SESSION_SILENCE_MS, Kind

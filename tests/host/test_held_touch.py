@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 from chladni.host.device.device import Device
-from chladni.host.device.udp import EmulatedPort, UdpWire
-from chladni.host.device.virtual_port import VirtualPort
-from chladni.host.device.wire import EmulatorWire, SerialWire
+from chladni.host.device.wires.udp import EmulatedPort, UdpWire
+from chladni.host.device.wires.virtual_port import VirtualPort
+from chladni.host.device.wires.wire import EmulatorWire, SerialWire
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.protocol.link import TOUCH_SILENCE_MS
 from chladni.host.protocol.network import NetworkSettings

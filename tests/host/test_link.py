@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chladni.host.device.device import Device
-from chladni.host.device.link import Answer, FrameSplitter, LinkError, encode
 from chladni.host.device.upload import TABLES, Upload
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.link import Answer, FrameSplitter, LinkError, encode
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.emulator import Hardware
 from chladni.host.protocol.link import BY_NAME, MAX_PAYLOAD, MESSAGES, Status
 from chladni.tables.format import pack

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from chladni.host.device.device import Device
 from chladni.host.device.live_drive import play_for
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator
 from chladni.sim.board.board import Board
 from chladni.tables.layout import MIN_TOUCH_TIMEOUT_US

@@ -10,14 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chladni.host.device.device import Device
-from chladni.host.device.udp import (
+from chladni.host.device.wires.udp import (
     EmulatedPort,
     ReplayWindow,
     UdpWire,
     seal,
     unseal,
 )
-from chladni.host.device.wire import EmulatorWire, WireError
+from chladni.host.device.wires.wire import EmulatorWire, WireError
 from chladni.host.protocol.link import BY_NAME, RESPONSE, Status
 from chladni.host.protocol.network import (
     HELLO_BYTES,

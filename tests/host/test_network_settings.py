@@ -11,13 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chladni.host.device.device import Device
-from chladni.host.device.link import LinkError
-from chladni.host.device.udp import (
+from chladni.host.device.wires.link import LinkError
+from chladni.host.device.wires.udp import (
     EmulatedPort,
     UdpWire,
     seal,
 )
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.protocol.link import MESSAGES
 from chladni.host.protocol.network import (
     Kind,

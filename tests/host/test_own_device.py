@@ -14,7 +14,7 @@ from time import monotonic
 import pytest
 
 from chladni.host.device.device import Device
-from chladni.host.device.wire import SerialWire
+from chladni.host.device.wires.wire import SerialWire
 from chladni.host.emulation.flash_file import AREAS, FlashFile
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import InputError

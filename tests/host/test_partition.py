@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chladni.host.device.device import Device
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.flashing.partition import slot_in_use, update
 from chladni.host.flashing.rom_loader import TABLES, partition_of, partitions

@@ -18,8 +18,8 @@ import serial
 
 from chladni.host.cli.device.commands import who_answers
 from chladni.host.device.device import Device
-from chladni.host.device.link import Link, encode
-from chladni.host.device.wire import SerialWire
+from chladni.host.device.wires.link import Link, encode
+from chladni.host.device.wires.wire import SerialWire
 from chladni.host.protocol.codes import DEVICE_STATE
 from chladni.host.protocol.link import BY_NAME, RESPONSE
 from chladni.sim.board.board import Board
@@ -32,7 +32,7 @@ from made_up import SCRIPT
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """A greeting is sent once: four with waits that double take 4 s, and none is answered."""
     monkeypatch.setattr("chladni.host.device.device.GREETING_TRIES", 1)
-    monkeypatch.setattr("chladni.host.device.udp.HELLO_TRIES", 1)
+    monkeypatch.setattr("chladni.host.device.wires.udp.HELLO_TRIES", 1)
 
 
 @pytest.mark.slow

@@ -13,8 +13,8 @@ from chladni.host.device.checks.readiness import (
     obstacle,
 )
 from chladni.host.device.device import Device
-from chladni.host.device.link import LinkError
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.link import LinkError
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.protocol.codes import FAULT_CAUSE
 from conftest import CommandLine

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from chladni.host.device.device import Device
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation import _emulator
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.flashing.rom_loader import TABLE_OFFSET

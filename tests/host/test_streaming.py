@@ -7,7 +7,7 @@ import pytest
 
 from chladni.host.device.device import Device
 from chladni.host.device.streaming import BUFFER_S, SMALLEST_PIECE, StreamStep
-from chladni.host.device.udp import UdpWire
+from chladni.host.device.wires.udp import UdpWire
 from networked import FRAME_HZ, KEY, UnpunctualPort, late_ms, networked, wave
 
 

@@ -15,7 +15,7 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from websockets.sync.client import ClientConnection
 
-from chladni.host.device.virtual_port import VirtualPort
+from chladni.host.device.wires.virtual_port import VirtualPort
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.studio import server
 from chladni.host.studio.boards.prepared import ReadyBoard

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.host.device.device import Device
-from chladni.host.device.wire import EmulatorWire
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.demodulate import Play, drive_phasors
 from chladni.host.emulation.emulator import Emulator, Recording
 from chladni.sim.board.board import Board

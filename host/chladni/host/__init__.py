@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 
     from chladni.host.device.async_device import AsyncDevice
     from chladni.host.device.device import Device
-    from chladni.host.device.link import LinkError
-    from chladni.host.device.udp import UdpPort, UdpWire
-    from chladni.host.device.wire import EmulatorWire, SerialWire, Wire, WireError
+    from chladni.host.device.wires.link import LinkError
+    from chladni.host.device.wires.udp import UdpPort, UdpWire
+    from chladni.host.device.wires.wire import EmulatorWire, SerialWire, Wire, WireError
     from chladni.host.emulation.closed_loop import LoopReport, run_loop
     from chladni.host.emulation.emulator import (
         Emulator,
@@ -36,9 +36,9 @@ if TYPE_CHECKING:
 _PLACES = {
     "device.async_device": ("AsyncDevice",),
     "device.device": ("Device",),
-    "device.link": ("LinkError",),
-    "device.udp": ("UdpPort", "UdpWire"),
-    "device.wire": ("EmulatorWire", "SerialWire", "Wire", "WireError"),
+    "device.wires.link": ("LinkError",),
+    "device.wires.udp": ("UdpPort", "UdpWire"),
+    "device.wires.wire": ("EmulatorWire", "SerialWire", "Wire", "WireError"),
     "emulation.closed_loop": ("LoopReport", "run_loop"),
     "emulation.emulator": ("Emulator", "EmulatorError", "Recording", "TouchEvent", "emulate"),
     "emulation.table_score": ("TableScore", "score_table"),

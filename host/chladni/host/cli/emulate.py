@@ -17,7 +17,7 @@ from chladni.host.cli.common.drive_options import on_less_for
 from chladni.host.cli.common.options import JsonOption, required
 from chladni.host.cli.common.output import ARRAYS, answer, check_output, parse_place, say
 from chladni.host.cli.common.ranges import LONGEST_S, TABLE_FREQUENCIES, UDP_PORTS, within
-from chladni.host.device.virtual_port import VirtualPort
+from chladni.host.device.wires.virtual_port import VirtualPort
 from chladni.host.emulation.emulator import LEVEL, Emulator, TouchEvent, fitting_hardware
 from chladni.host.emulation.flash_file import FlashFile
 from chladni.host.protocol.config import DeviceConfig

@@ -16,7 +16,7 @@ from chladni.host.device.device import Device
 from chladni.host.device.device_effects import TURN_S, AreaEvent
 from chladni.host.device.stream_sources import PlayedSignal
 from chladni.host.device.upload import Flashed, Progress
-from chladni.host.device.wire import Wire
+from chladni.host.device.wires.wire import Wire
 from chladni.host.protocol.config import DeviceConfig
 from chladni.tables.table import Table
 

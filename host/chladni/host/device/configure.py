@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from chladni.host.device.device import Device
-from chladni.host.device.link import TRY_AGAIN, LinkError
+from chladni.host.device.wires.link import TRY_AGAIN, LinkError
 from chladni.host.protocol.board_config import check_driver
 from chladni.host.protocol.codes import CONFIG_STATUS
 from chladni.host.protocol.config import DeviceConfig

@@ -13,7 +13,12 @@ from numpy.typing import NDArray
 
 from chladni.host.device.device_effects import DeviceEffects
 from chladni.host.device.device_fingers import DeviceFingers
-from chladni.host.device.link import (
+from chladni.host.device.stream_sources import PlayedSignal
+from chladni.host.device.streaming import BUFFER_S, StreamStep, stream_steps
+from chladni.host.device.table_check import check_table
+from chladni.host.device.touch_keeper import TouchKeeper
+from chladni.host.device.upload import TABLES, Flashed, Progress, upload
+from chladni.host.device.wires.link import (
     BRIEF_TRIES,
     BRIEF_WAIT_S,
     GREETING_TRIES,
@@ -21,12 +26,7 @@ from chladni.host.device.link import (
     Link,
     LinkError,
 )
-from chladni.host.device.stream_sources import PlayedSignal
-from chladni.host.device.streaming import BUFFER_S, StreamStep, stream_steps
-from chladni.host.device.table_check import check_table
-from chladni.host.device.touch_keeper import TouchKeeper
-from chladni.host.device.upload import TABLES, Flashed, Progress, upload
-from chladni.host.device.wire import Wire
+from chladni.host.device.wires.wire import Wire
 from chladni.host.protocol.codes import (
     CONFIG_STATUS,
     DEVICE_STATE,

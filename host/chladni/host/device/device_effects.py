@@ -8,9 +8,9 @@ from typing import Any
 
 from chladni.effects.bank.areas import Bank, level_within
 from chladni.host.device.finger_requests import check_finger, level_q15_of
-from chladni.host.device.link import Link
 from chladni.host.device.touch_keeper import TouchKeeper
 from chladni.host.device.upload import BANKS, Flashed, Progress, upload
+from chladni.host.device.wires.link import Link
 from chladni.host.protocol.codes import AREA_EVENT, BANK_STATUS
 from chladni.host.protocol.link import BY_NAME, MOST_EVENTS
 from chladni.sim.errors import ArgumentError

@@ -12,9 +12,9 @@ import numpy as np
 from chladni.effects.bank.areas import level_within
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.host.device.finger_requests import FingerRequests, FloatArray
-from chladni.host.device.link import LinkError
 from chladni.host.device.sent_signals import SentSignal, send_all
 from chladni.host.device.stream_sources import PlayedSignal, SignalSource
+from chladni.host.device.wires.link import LinkError
 from chladni.host.protocol.link import SIGNAL_SAMPLES
 from chladni.sim.errors import ChladniError
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from chladni.effects.bank.areas import LEAST_UM, MOST_UM
 from chladni.effects.bank.layout import UM_STEPS
-from chladni.host.device.link import Link, LinkError
 from chladni.host.device.touch_keeper import TouchKeeper
+from chladni.host.device.wires.link import Link, LinkError
 from chladni.host.protocol.link import BY_NAME, MAX_PAYLOAD, Status
 from chladni.sim.errors import ArgumentError
 

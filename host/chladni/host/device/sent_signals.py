@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.host.device.finger_requests import FingerRequests
-from chladni.host.device.link import Link
 from chladni.host.device.stream_sources import SignalSource
+from chladni.host.device.wires.link import Link
 
 TURN_S = 0.005
 """Between two sendings, unless the wire is slower: 115,200 baud just carries two fingers."""

@@ -10,7 +10,7 @@ from statistics import median
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.host.device.link import Link, LinkError
+from chladni.host.device.wires.link import Link, LinkError
 from chladni.host.protocol.link import (
     LEAST_TARGET,
     MAX_PAYLOAD,

@@ -10,9 +10,9 @@ import contextlib
 import threading
 from collections.abc import Iterator
 
-from chladni.host.device.link import KEEP_ALIVE_S, Link, LinkError
-from chladni.host.device.udp import UdpPort, UdpWire
-from chladni.host.device.wire import SerialWire, Wire
+from chladni.host.device.wires.link import KEEP_ALIVE_S, Link, LinkError
+from chladni.host.device.wires.udp import UdpPort, UdpWire
+from chladni.host.device.wires.wire import SerialWire, Wire
 from chladni.sim.errors import ChladniError
 
 

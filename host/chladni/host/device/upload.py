@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from chladni.effects.bank import layout as banks
-from chladni.host.device.link import (
+from chladni.host.device.wires.link import (
     CHECK_WIRE,
     FIRST_WAIT_S,
     TRY_AGAIN,

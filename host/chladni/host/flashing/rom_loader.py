@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from chladni.host.device.wire import WireError
+from chladni.host.device.wires.wire import WireError
 from chladni.host.flashing.partition import slot_in_use, update
 from chladni.host.protocol.board_config import check_chip, check_driver
 from chladni.host.protocol.config import DeviceConfig, pack_config, unpack_config

@@ -17,7 +17,7 @@ from chladni.calibration.device_readings import coil_impedance, duty_volts
 from chladni.calibration.laboratory.measured_fields import MeasuredFields
 from chladni.calibration.sensing import LEVEL, MULTIPLES, UNIT_HZ
 from chladni.host.device.device import Device
-from chladni.host.device.link import Answer
+from chladni.host.device.wires.link import Answer
 from chladni.host.measuring.coil_readings import ReadingError, check_device, finished
 from chladni.host.protocol.codes import ACCELEROMETER
 from chladni.host.protocol.link import BY_NAME, MOST_MOTIONS

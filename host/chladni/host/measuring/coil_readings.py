@@ -22,7 +22,7 @@ from chladni.calibration.sensing import (
 )
 from chladni.calibration.wiring import unlike
 from chladni.host.device.device import Device
-from chladni.host.device.link import Answer
+from chladni.host.device.wires.link import Answer
 from chladni.host.protocol.codes import SENSE_STATE
 from chladni.host.protocol.link import BY_NAME, MOST_READ, SENSE_PAIRS
 from chladni.sim.board.board import Board

@@ -22,7 +22,7 @@ from chladni.host.cli.device.stream import stream
 from chladni.host.cli.device.touch import touch, touches
 from chladni.host.device.checks.info_rows import finger_rows, info_rows
 from chladni.host.device.device import Device
-from chladni.host.device.wire import USB_VENDORS, SerialWire
+from chladni.host.device.wires.wire import USB_VENDORS, SerialWire
 from chladni.host.protocol.network import make_key
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import ChladniError, ConflictError, InputError

@@ -16,8 +16,8 @@ from chladni.host.cli.common.options import check_one_of, required
 from chladni.host.cli.common.output import say
 from chladni.host.cli.common.ranges import within
 from chladni.host.device.device import Device
-from chladni.host.device.udp import UdpPort, UdpWire
-from chladni.host.device.wire import BAUD, EmulatorWire, SerialWire, Wire
+from chladni.host.device.wires.udp import UdpPort, UdpWire
+from chladni.host.device.wires.wire import BAUD, EmulatorWire, SerialWire, Wire
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.protocol.network import read_key
 from chladni.sim.board.file import load_board

@@ -14,7 +14,7 @@ from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.cli.device.first_boot import walk
 from chladni.host.device.checks.readiness import check_ready
 from chladni.host.device.checks.self_test import SELF_TEST_S, faults_since, try_channel
-from chladni.host.device.link import LinkError
+from chladni.host.device.wires.link import LinkError
 from chladni.host.protocol.config import DeviceConfig
 from chladni.sim.errors import InputError
 from chladni.tables.layout import MAX_ACTUATORS

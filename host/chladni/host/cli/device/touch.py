@@ -19,7 +19,7 @@ from chladni.host.device.checks.readiness import check_ready
 from chladni.host.device.device import Device
 from chladni.host.device.device_effects import AreaEvent
 from chladni.host.device.finger_requests import MOST_FINGERS
-from chladni.host.device.link import LinkError
+from chladni.host.device.wires.link import LinkError
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import InputError
 from chladni.sim.fields.transfer import check_target

@@ -23,7 +23,7 @@ from chladni.host.cli.common.recording import read_recording
 from chladni.host.cli.device.connection import Connection
 from chladni.host.device.checks.readiness import COIL_HOT, check_ready, what_stands
 from chladni.host.device.device import Device
-from chladni.host.device.wire import EmulatorWire, Wire
+from chladni.host.device.wires.wire import EmulatorWire, Wire
 from chladni.host.emulation.sensed_plate import emulator_on
 from chladni.host.emulation.shaken_plate import Sensor, stand
 from chladni.host.measuring.accelerometer import read_motions

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from chladni.host.device.link import LinkError
+from chladni.host.device.wires.link import LinkError
 
 HOST_CLEARS = {"brown-out", "short starts in a row"}
 """A host that plays is trusted after these (core/device/starts.cpp)."""

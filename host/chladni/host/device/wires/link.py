@@ -12,7 +12,7 @@ from typing import Any
 
 from cobs import cobs
 
-from chladni.host.device.wire import Wire
+from chladni.host.device.wires.wire import Wire
 from chladni.host.protocol.codes import BANK_STATUS, CONFIG_STATUS, TABLE_STATUS
 from chladni.host.protocol.link import (
     BY_NAME,

@@ -9,7 +9,7 @@ import time
 import tty
 from collections.abc import Callable
 
-from chladni.host.device.wire import WireError
+from chladni.host.device.wires.wire import WireError
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.emulation.flash_file import FlashFile
 

@@ -14,8 +14,8 @@ import time
 from dataclasses import dataclass
 from typing import Protocol
 
-from chladni.host.device.link import FrameSplitter, encode
-from chladni.host.device.wire import STEP_MS, WireError
+from chladni.host.device.wires.link import FrameSplitter, encode
+from chladni.host.device.wires.wire import STEP_MS, WireError
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.protocol.link import HEAD_BYTES
 from chladni.host.protocol.network import (

@@ -1,0 +1,1 @@
+"""Ways to a device, and requests over any of them."""
