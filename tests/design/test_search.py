@@ -21,7 +21,7 @@ from chladni.design.evaluate import (
     evaluate_in_full,
 )
 from chladni.design.front import GOALS, Design, Entry, front_of
-from chladni.design.last_boards import boards_in, boards_more, draws_in, expected_s
+from chladni.design.last_boards import boards_more
 from chladni.design.layouts import Layout
 from chladni.design.search import design
 from chladni.design.spec import spec_of
@@ -160,30 +160,6 @@ def test_more_boards_go_on_from_fewer_and_time_ends_a_search(
     # What is kept costs no time.
     ended = design(spec_of(small()), jobs=1, samples=1, minutes=0.0, partial_file=kept)
     assert (ended.evaluations, ended.best) == (more.evaluations, more.best)
-
-
-def test_time_to_compare_the_last_boards_is_kept_back() -> None:
-    """Eight times the draws take eight times as long, and two processes half of it."""
-    spec = spec_of(small(design={"samples": 4}))
-    assert boards_more(spec, 32) == 32
-    assert expected_s(spec, 32, 4, [2.0, 3.0, 30.0], 2) == pytest.approx(3.0 * 8.0 * 2.0)
-    # With no more draws than in the search a board of the end takes two of them.
-    assert expected_s(spec, 1, 3, [2.0], 1) == pytest.approx(12.0)
-
-
-def test_short_of_time_the_last_boards_get_fewer_draws() -> None:
-    """Four boards with four draws each take 24 s here: 30 s are enough for eight."""
-    spec = spec_of(small(design={"samples": 4}))
-    for left_s, draws in ((30.0, 8), (1000.0, 32), (0.0, 4), (-5.0, 4)):
-        assert draws_in(left_s, spec, 32, 4, [3.0], 1) == draws
-    assert draws_in(0.0, spec, 1, 4, [3.0], 1) == 1
-
-
-def test_a_search_looks_at_what_its_time_has_room_for() -> None:
-    """Of a round that does not fit, too, it looks at as many boards as do."""
-    assert boards_in(10.0, [3.0, 3.0, 4.0], 2) == 6
-    assert boards_in(-1.0, [3.0], 2) == 0
-    assert boards_in(float("inf"), [3.0], 2) is None
 
 
 def test_what_finger_um_took_off_a_score_is_told(tmp_path: Path, chladni: CommandLine) -> None:

@@ -93,6 +93,8 @@ class Design:
         Boards of which none is better in all goals, the best score first.
     draws
         Random boards of each of those, by which the best is told.
+    left_out
+        Of the last few boards, those for which there was no time.
     """
 
     best: Entry
@@ -102,6 +104,7 @@ class Design:
     seconds: float
     seed: int
     draws: int
+    left_out: int = 0
 
     @property
     def board(self) -> Board:

@@ -9,6 +9,7 @@ its own finer image and its sets of fingers count: as many draws took 1.3 boards
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Sequence
 from functools import partial
 
@@ -93,14 +94,30 @@ def compared(
     workers: Workers,
     found: Sequence[Entry],
     before: int,
+    until: float,
     progress: Progress | None,
 ) -> list[tuple[Entry, BoardScore]]:
-    """The last boards with their scores of all draws; `before` is what was done before them."""
+    """The last boards with their scores of all draws: the first, and others while there is time.
+
+    Parameters
+    ----------
+    found
+        The best ones first.
+    before
+        What was done before them.
+    until
+        A reading of the clock, s. A machine that got other work may need more time than it was
+        expected to.
+    """
     more, finished = boards_more(spec, samples), []
     in_full = partial(evaluate_in_full, spec, seed, samples)
     scored = workers.map(in_full, [one.document for one in found])
-    for one, (own, full) in zip(found, scored, strict=True):
+    for one, (own, full) in zip(found, scored, strict=False):
         finished.append((Entry(one.document, own), full))
+        is_last = len(finished) == len(found) or time.perf_counter() >= until
         if progress:
-            progress(before + round(more * len(finished) / len(found)), before + more)
+            share = 1.0 if is_last else len(finished) / len(found)
+            progress(before + round(more * share), before + more)
+        if is_last:
+            break
     return finished

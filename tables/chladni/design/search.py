@@ -92,8 +92,8 @@ def design(
     samples
         Random boards by which the last few are compared.
     minutes
-        For all of it, roughly. The last few get fewer random boards where time is short; they and
-        the first layout are scored anyway. 0 ends a search with all random boards.
+        For all of it. The last few get fewer random boards where time is short; the best of them
+        and the first layout are scored anyway. 0 ends a search with all random boards.
     progress
         Called with (done, all) after each layout and board; the last few count for `boards_more`,
         and `all` is less at the end of a search that ended early. What it raises ends the search.
@@ -127,10 +127,12 @@ def design(
         if on_last:
             on_last(len(found), draws, run.seconds_to_compare(len(found), draws))
         before = min(run.looked_at, spec.settings.evaluations)
-        finished = compared(spec, seed, draws, workers, found, before, progress)
+        until = ends if minutes else np.inf
+        finished = compared(spec, seed, draws, workers, found, before, until, progress)
     best, full = max(finished, key=lambda pair: pair[0].evaluation.robust_score)
     front, took_s = front_of([one for one, _ in finished]), time.perf_counter() - started
-    return Design(best, full, run.looked_at, front, took_s, seed, draws)
+    left_out = len(found) - len(finished)
+    return Design(best, full, run.looked_at, front, took_s, seed, draws, left_out)
 
 
 class _Run:

@@ -43,6 +43,9 @@ def extent(found: Design, spec: Spec, samples: int, minutes: float | None, kept:
     if drawn < samples:
         few = f"The last few had {drawn} random boards each in place of {samples}"
         said += f" {few}: the worst tenth may be some dB less."
+    if found.left_out:
+        were = "was" if found.left_out == 1 else "were"
+        said += f" Time was up before {found.left_out} of the last few {were} compared."
     return said.strip()
 
 

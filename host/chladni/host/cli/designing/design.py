@@ -74,7 +74,7 @@ def design_board(
         float | None,
         typer.Option(
             callback=within(0.0, MOST_MINUTES),
-            help="For the whole search, roughly; the last few boards are compared anyway. The same "
+            help="For the whole search; the best board is scored in full anyway. The same "
             "command goes on from what was looked at.",
         ),
     ] = None,

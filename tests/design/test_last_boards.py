@@ -1,0 +1,59 @@
+"""The end of a search: how long it takes, and what is left out where time is short."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from chladni.design.evaluate import Evaluation
+from chladni.design.front import Design, Entry
+from chladni.design.last_boards import boards_in, boards_more, compared, draws_in, expected_s
+from chladni.design.spec import spec_of
+from chladni.drives.methods import SEED
+from chladni.drives.workers import Workers
+from chladni.host.cli.designing.answers import extent
+from made_specs import small
+
+
+def test_time_to_compare_the_last_boards_is_kept_back() -> None:
+    """Eight times the draws take eight times as long, and two processes half of it."""
+    spec = spec_of(small(design={"samples": 4}))
+    assert boards_more(spec, 32) == 32
+    assert expected_s(spec, 32, 4, [2.0, 3.0, 30.0], 2) == pytest.approx(3.0 * 8.0 * 2.0)
+    # With no more draws than in the search a board of the end takes two of them.
+    assert expected_s(spec, 1, 3, [2.0], 1) == pytest.approx(12.0)
+
+
+def test_short_of_time_the_last_boards_get_fewer_draws() -> None:
+    """Four boards with four draws each take 24 s here: 30 s are enough for eight."""
+    spec = spec_of(small(design={"samples": 4}))
+    for left_s, draws in ((30.0, 8), (1000.0, 32), (0.0, 4), (-5.0, 4)):
+        assert draws_in(left_s, spec, 32, 4, [3.0], 1) == draws
+    assert draws_in(0.0, spec, 1, 4, [3.0], 1) == 1
+
+
+def test_time_ends_the_comparison_of_the_last_boards() -> None:
+    """The best one is scored in full, however late it is."""
+    spec, steps = spec_of(small(design={"coils": 1})), []
+    document = spec.document | {
+        "actuators": [{"name": "a", "at_mm": [0.0, 0.0]}],
+        "electronics": spec.document["electronics"] | {"pwm_pins": [2]},
+    }
+    entries = [Entry(document, Evaluation(own, own, None, {})) for own in (2.0, 1.0)]
+    with Workers(1) as workers:
+        late = compared(spec, SEED, 1, workers, entries, 8, 0.0, lambda *own: steps.append(own))
+    ((best, full),) = late
+    assert best.document is document
+    assert full.second_finger_20mm_db is not None
+    assert steps == [(8 + boards_more(spec, 1),) * 2]
+    found = Design(best, full, 8, (best,), 1.0, SEED, 1, left_out=1)
+    told = extent(found, spec, 1, None, Path("kept"))
+    assert told == "Time was up before 1 of the last few was compared."
+
+
+def test_a_search_looks_at_what_its_time_has_room_for() -> None:
+    """Of a round that does not fit, too, it looks at as many boards as do."""
+    assert boards_in(10.0, [3.0, 3.0, 4.0], 2) == 6
+    assert boards_in(-1.0, [3.0], 2) == 0
+    assert boards_in(float("inf"), [3.0], 2) is None
