@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from chladni.drives.fingers.choice import chosen_drives
 from chladni.drives.fingers.silence import real_part
 from chladni.effects.bank.layout import SIGNAL_HZ
+from chladni.host.device.device import Device
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.demodulate import Play, phasors
 from chladni.host.emulation.emulator import Emulator, Recording, TouchEvent
 from chladni.host.protocol.link import SIGNAL_SAMPLES
@@ -18,7 +20,7 @@ from chladni.tables.responses import TableResponses
 from chladni.tables.table import Limits, Table
 from firmware.judged_device import BRIDGES
 from made_up import device_of, make_table
-from plate_of_bumps import FINGER, responses_table
+from plate_of_bumps import FINGER, SQUARE, responses_table
 
 FloatArray = NDArray[np.float64]
 Place = tuple[float, float]
@@ -236,3 +238,26 @@ def test_a_switchs_bias_comes_up_slowly_beside_a_finger_that_rests(
     assert swings == pytest.approx(0.95 * lasts_ms, abs=0.5)
     loud = times_ms[duty > 1.05 * standing].min() - begins
     assert loud > lasts_ms
+
+
+def test_little_isolation_is_told_in_parts_of_a_ratio() -> None:
+    """Fingertips side by side on two coils: a ratio of 1.9, which whole numbers hide."""
+    table = responses_table(SQUARE[:2], limits=LIMITS)
+    emulator = board(table)
+    with Device(EmulatorWire(emulator)) as device:
+        for finger, x in enumerate((-2.5, 2.5)):
+            device.fingers.set_signal(finger)
+            device.fingers.touch(finger, x, 0.0)
+        device.link.wait(0.1)
+        told = [one["isolation_db"] for one in device.fingers.all()]
+        places = reported(emulator)
+    wanted = chosen_drives(
+        TableResponses.of(table),
+        places,
+        thresholds=[FINGER.threshold_pm * 1e-12 / 4.0] * 2,
+        levels=[FINGER.full_force_un * 1e-6] * 2,
+        stiffness=FINGER.stiffness,
+        real=True,
+    ).found.isolation_db
+    assert told == pytest.approx(wanted, abs=0.3)
+    assert 5.0 < min(told) < 5.9

@@ -118,7 +118,7 @@ def test_a_finger_that_only_rests_is_spared_and_silent(table: Table) -> None:
     assert off(found, among) < 0.012
     assert off(found, alone) > 0.1
     isolation, of_loudest = emulator.core.touches()[0][3:]
-    assert isolation > 100  # 40 dB, by what the table says of the plate
+    assert isolation > 1600  # 40 dB, by what the table says of the plate
     assert 100 < of_loudest < 1000
 
 

@@ -16,6 +16,7 @@ def link_header() -> str:
         "kVersionMajor": link_protocol.VERSION_MAJOR,
         "kVersionMinor": link_protocol.VERSION_MINOR,
         "kMaxPayload": link_protocol.MAX_PAYLOAD,
+        "kIsolationSteps": link_protocol.ISOLATION_STEPS,
         "kSensePairs": link_protocol.SENSE_PAIRS,
         "kSenseMillihertz": round(1e3 * link_protocol.UNIT_HZ),
         "kReference": link_protocol.REFERENCE,

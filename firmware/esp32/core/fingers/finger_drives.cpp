@@ -1,5 +1,7 @@
 #include "core/fingers/finger_drives.hpp"
 
+#include "core/generated/link_format.hpp"
+
 namespace chladni {
 
 namespace {
@@ -25,6 +27,12 @@ int16_t rounded_q15(float gain) {
 
 uint16_t whole(float value) {
   return value < 65535.0F ? static_cast<uint16_t>(value) : uint16_t{65535};
+}
+
+// 0 means that there is none.
+uint16_t isolation_steps(float ratio) {
+  const uint16_t steps = whole(static_cast<float>(link_format::kIsolationSteps) * ratio + 0.5F);
+  return steps == 0 ? uint16_t{1} : steps;
 }
 
 // Both sides in 10 nm, at a level of 32767.
@@ -183,7 +191,7 @@ void FingerDrives::take_one(uint32_t finger, uint32_t slot) {
   solved_ |= 1U << slot;
   own_m_per_n_[slot] = fingers::root(fingers::squared(found.means[finger]));
   of_loudest_[slot] = whole(1000.0F * found.of_loudest);
-  if (most > 0.0F) isolations_[slot] = whole(found.shares[finger] / most);
+  if (most > 0.0F) isolations_[slot] = isolation_steps(found.shares[finger] / most);
 }
 
 }  // namespace chladni

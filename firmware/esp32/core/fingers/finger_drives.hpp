@@ -38,8 +38,8 @@ class FingerDrives {
   // As of the last drives: the slots that have one.
   uint32_t solved() const { return solved_; }
   const Drive& drive(uint32_t slot) const { return drives_[slot]; }
-  // A finger's own displacement over the largest that its signal makes under another's; 0 alone or
-  // silent.
+  // A finger's own displacement over the largest that its signal makes under another's, in
+  // 1/kIsolationSteps; 0 alone or silent.
   uint32_t isolation(uint32_t slot) const { return isolations_[slot]; }
   // How far a finger may be moved, 0.01 µm, and what its largest coil gives at a level of 32767.
   struct Reach {

@@ -9,8 +9,9 @@
 namespace chladni::link_format {
 
 constexpr uint32_t kVersionMajor = 2U;
-constexpr uint32_t kVersionMinor = 10U;
+constexpr uint32_t kVersionMinor = 11U;
 constexpr uint32_t kMaxPayload = 1024U;
+constexpr uint32_t kIsolationSteps = 16U;
 constexpr uint32_t kSensePairs = 488U;
 constexpr uint32_t kSenseMillihertz = 40023U;
 constexpr uint32_t kReference = 16U;

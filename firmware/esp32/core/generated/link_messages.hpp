@@ -365,7 +365,7 @@ struct Entry {
   struct Slot { uint8_t value; } slot;  // 0 to 4, for as long as it is down.
   struct XUm { int32_t value; } x_um;  // From the board's centre.
   struct YUm { int32_t value; } y_um;  // The same.
-  struct Isolation { uint16_t value; } isolation;  // Own displacement over the most of another.
+  struct Isolation { uint16_t value; } isolation;  // Own displacement over the most of another, 1/16.
   struct OfLoudest { uint16_t value; } of_loudest;  // Own displacement, thousandths of the most.
 };
 template <typename Put> void write(const Entry& from, uint8_t* to, Put put) {

@@ -16,7 +16,7 @@ from chladni.effects.bank.areas import LEAST_UM, MOST_UM
 from chladni.effects.bank.layout import UM_STEPS
 from chladni.host.device.touch_keeper import TouchKeeper
 from chladni.host.device.wires.link import Link, LinkError
-from chladni.host.protocol.link import BY_NAME, MAX_PAYLOAD, Status
+from chladni.host.protocol.link import BY_NAME, ISOLATION_STEPS, MAX_PAYLOAD, Status
 from chladni.sim.errors import ArgumentError
 
 FloatArray = NDArray[np.float64]
@@ -132,7 +132,9 @@ class FingerRequests:
             {
                 "finger": finger,
                 "place_mm": [x_um / 1e3, y_um / 1e3],
-                "isolation_db": 20.0 * math.log10(isolation) if isolation else None,
+                "isolation_db": 20.0 * math.log10(isolation / ISOLATION_STEPS)
+                if isolation
+                else None,
                 "level_db": 20.0 * math.log10(of_loudest / 1e3) if of_loudest else None,
             }
             for finger, x_um, y_um, isolation, of_loudest in BY_NAME["touches"].entry.iter_unpack(

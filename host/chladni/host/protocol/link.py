@@ -21,7 +21,7 @@ from chladni.sim.board.gpio import CHIPS
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.tables.layout import MAX_ACTUATORS, Field
 
-VERSION_MAJOR, VERSION_MINOR = 2, 10
+VERSION_MAJOR, VERSION_MINOR = 2, 11
 MAX_PAYLOAD = 1024
 """Bytes behind a request's fixed fields, or a response's."""
 WINDOW = 3
@@ -39,6 +39,8 @@ TOUCH_SILENCE_MS = 800
 RESPONSE = 0x80
 SIGNAL_SAMPLES = 128
 """That a device keeps of each."""
+ISOLATION_STEPS = 16
+"""Of a ratio of 1, which is 0 dB: half a decibel there, and 72 dB at most."""
 SENSE_PAIRS = 488
 """Of conversions, 78,125 a second: the least that a reading of coils takes, 12.5 ms. What plays has
 whole periods then, half of a multiple of them."""
@@ -212,9 +214,11 @@ MESSAGES = (
     Message(21, "touches", (), "", (Field("count", "u8", "That follow."),),
             "each: slot u8, x_um i32, y_um i32, isolation u16, of_loudest u16",
             "Fingers that are down: what each has of its own signal over the most that another has "
-            "of it, 0 if there is none; and in thousandths of the loudest.",
+            f"of it, in 1/{ISOLATION_STEPS}, 0 if there is none; and in thousandths of the "
+            "loudest.",
             each=(Field("slot", "u8", "0 to 4, for as long as it is down."), *_PLACE,
-                  Field("isolation", "u16", "Own displacement over the most of another."),
+                  Field("isolation", "u16",
+                        f"Own displacement over the most of another, 1/{ISOLATION_STEPS}."),
                   Field("of_loudest", "u16", "Own displacement, thousandths of the most."))),
     Message(22, "voice", (_FINGER, Field("millihertz", "u32", "0: the table's."),
                           Field("level_q15", "u16", "32767 is the configured level; 0: it feels, "

@@ -68,7 +68,8 @@ def finger_rows(fingers: list[dict[str, Any]], *, has_bank: bool) -> dict[str, s
         if level is not None:
             text += f", {-level:.0f} dB below the loudest"
         if apart is not None:
-            text += f", the others have {apart:.0f} dB less of it by the table"
+            than = "less" if apart >= 0.0 else "more"
+            text += f", the others have {abs(apart):.0f} dB {than} of it by the table"
         rows[f"finger {one['finger']}"] = text
     if any(one["isolation_db"] is not None for one in fingers):
         rows["these dB"] = has_bank * OF_REAL_GAINS + OF_TABLE
