@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
+import tomlkit
 
+from chladni.sim.board.board import to_document
 from chladni.sim.board.file import load_board
+from chladni.sim.errors import InputError
 from conftest import ROOT, CommandLine
 
 TEMPLATE = ROOT / "boards" / "template.toml"
@@ -52,6 +56,29 @@ def test_the_template_can_be_built_and_scored(
     assert scored.code == 0, scored.err
     # 80 x 160 mm less 3 mm all round: 2 x 4 cells and those half-way; of a small panel 1 x 2.
     assert scored.json["places"] == (21 if panel == "as it is" else 3)
+
+
+def test_what_is_left_out_has_the_templates_value(tmp_path: Path) -> None:
+    """Or its line says what it has."""
+    whole, path = tomllib.loads(TEMPLATE.read_text(encoding="utf-8")), tmp_path / "template.toml"
+    as_it_is = to_document(load_board(TEMPLATE))
+    lines, block = {}, ""
+    for line in TEMPLATE.read_text(encoding="utf-8").splitlines():
+        block = line[1:].split("]")[0] if line.startswith("[") else block
+        lines[block, line.split(" = ")[0]] = line
+    seen = 0
+    for block, key in [(b, k) for b, own in whole.items() if isinstance(own, dict) for k in own]:
+        without = whole | {block: {k: own for k, own in whole[block].items() if k != key}}
+        path.write_text(tomlkit.dumps(without), encoding="utf-8")
+        try:
+            found = to_document(load_board(path))
+        except InputError as error:
+            assert "is required" in str(error)
+            continue
+        seen += 1
+        is_alike = as_it_is[block].get(key) == (found.get(block) or {}).get(key)
+        assert is_alike or "left out" in lines[block, key], (block, key)
+    assert seen > 20
 
 
 def test_fingers_are_expected_where_a_panel_senses_them(tmp_path: Path) -> None:

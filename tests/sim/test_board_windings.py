@@ -84,6 +84,7 @@ DISAGREEING = [
     ({"winding": {"turns": 1.5}}, "winding.turns"),
     ({"winding": {"gap_mm": -1.0}}, "winding.gap_mm"),
     ({"winding": {"gap_mm": -10.0, "inner_mm": 7.0, "turns": 100}}, "winding.gap_mm"),
+    ({"winding": {"gap_mm": 0.001}}, "winding.gap_mm"),  # metres
     ({"winding": {"wire_mm": None}}, "winding.wire_mm"),
     ({"winding": {"wires_mm": 0.1}}, "winding.wires_mm"),
     ({"magnet": {"remanence_t": None}}, "magnet.remanence_t"),
@@ -128,3 +129,9 @@ def test_drives_depend_on_what_a_winding_makes_and_not_on_how() -> None:
     assert dataclasses.replace(given, magnet=paper).fingerprint() != given.fingerprint()
     thin = board_from_document(strip5(winding={"wire_mm": 0.09}))
     assert thin.fingerprint() != board.fingerprint()
+
+
+def test_foam_in_si_units_is_asked_about() -> None:
+    stiff = strip5(foundation={"stiffness_n_per_mm3": 6e7, "material": None})
+    with pytest.raises(InputError, match="N/m³\\? this is in N/mm³"):
+        board_from_document(stiff)

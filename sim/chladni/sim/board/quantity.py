@@ -20,6 +20,7 @@ MM = 1e-3
 SAME_PLACE = 1e-6
 """Closer than this, in metres, two circles or two coils are at one place."""
 METRES = "metres? these are millimetres"
+ALONE = "the number alone, without quotes or a unit"
 CENTIMETRES = "centimetres? these are millimetres"
 MOST_METRES = 0.5
 """Lengths of a board that are all below this are taken for metres."""
@@ -28,6 +29,7 @@ OTHER_UNITS = {
     "_hz": (1e3, "kHz? this is in Hz"),
     "_gpa": (1e-3, "MPa? this is in GPa"),
     "_kg_m3": (1e3, "g/cm³? this is in kg/m³"),
+    "_n_per_mm3": (1e-9, "N/m³? this is in N/mm³"),
 }
 """By a key's ending: a number that is out of range is taken for one in this unit, if it is in range
 then; the factor is to the file's unit."""
@@ -77,7 +79,9 @@ class Quantity:
             raise InputError(where, value, self.expected())
         if not all(self._is_right(item) for item in values):
             hint = METRES if self.key.endswith("_mm") and are_metres(values) else ""
-            raise InputError(where, value, self.expected(), hint=hint or self._other_unit(values))
+            is_number_in_text = isinstance(value, str) and value[:1].isdigit()
+            hint = ALONE if is_number_in_text else hint or self._other_unit(values)
+            raise InputError(where, value, self.expected(), hint=hint)
 
     def _other_unit(self, values: Sequence[object]) -> str:
         """A hint where all numbers are in range in another unit; empty where that is not so."""

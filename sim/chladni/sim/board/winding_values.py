@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from chladni.sim.board.electronics import Winding
 from chladni.sim.board.parts import Magnet
-from chladni.sim.board.quantity import MM, check_ranges
+from chladni.sim.board.quantity import METRES, MM, check_ranges
 from chladni.sim.errors import InputError, MissingError
 from chladni.sim.magnetics.windings import force_per_ampere
 
@@ -13,6 +13,8 @@ SAME_WINDING = 0.25
 cold one, and a gap that is off by some tenths of a millimetre makes as much of the force."""
 MOST_FILL = 0.75
 """Copper's share of a winding. Round wires side by side cover 0.91, and enamel takes a fifth."""
+LEAST_GAP = 0.02e-3
+"""m. No winding stands nearer to its magnet without touching it."""
 DIGITS = 4
 """Of what follows from a winding: more than the model knows, and written into a file without
 loss."""
@@ -66,6 +68,9 @@ def _check_shape(winding: Winding, magnet: Magnet | None) -> None:
     if magnet is not None and magnet.remanence and not magnet.height:
         hint = "a remanence takes a magnet with a height"
         raise InputError("magnet.height_mm", 0.0, "above 0", hint=hint)
+    if 0.0 < abs(winding.gap) < LEAST_GAP:
+        expected = f"0, or {LEAST_GAP / MM:g} and more"
+        raise InputError("winding.gap_mm", winding.gap / MM, expected, hint=METRES)
     if magnet is not None and winding.gap <= 0.0 and winding.inner <= 2.0 * magnet.radius:
         raise InputError(
             "winding.gap_mm",
