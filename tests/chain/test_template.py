@@ -11,7 +11,7 @@ import tomlkit
 
 from chladni.sim.board.board import to_document
 from chladni.sim.board.file import load_board
-from chladni.sim.errors import InputError
+from chladni.sim.errors import MissingError
 from conftest import ROOT, CommandLine
 
 TEMPLATE = ROOT / "boards" / "template.toml"
@@ -72,8 +72,7 @@ def test_what_is_left_out_has_the_templates_value(tmp_path: Path) -> None:
         path.write_text(tomlkit.dumps(without), encoding="utf-8")
         try:
             found = to_document(load_board(path))
-        except InputError as error:
-            assert "is required" in str(error)
+        except MissingError:
             continue
         seen += 1
         is_alike = as_it_is[block].get(key) == (found.get(block) or {}).get(key)

@@ -78,7 +78,6 @@ FOAM = {"stiffness_n_per_mm3": 0.03}
 COILS, APART = {"by": "its own coils", "date": "2026-11-27"}, {"fingers_2_db": 25.0}
 FAULTS = [
     ("plate.thickness_mm", -1.0, "plate.thickness_mm"),
-    ("plate.thickness_mm", "1 mm", "plate.thickness_mm"),
     ("plate.thickness_mm", True, "plate.thickness_mm"),
     ("plate.thickness_mm", float("nan"), "plate.thickness_mm"),
     ("plate.thickness_mm", 20.0, "plate.thickness_mm"),
