@@ -155,9 +155,7 @@ def emulate(
         result = _scored(owner, report) | {"objective": section.objective}
         if level < 1.0 and result["finger_um"] is not None:
             at_level = level * result["finger_um"]
-            told += (
-                f" That is at full level; it played {level:g} of it (--level), {at_level:.2g} µm."
-            )
+            told += f" That is at full level; --level {level:g} of it is {at_level:.2g} µm."
         if not as_json:
             result["touches"] = [{name: own[name] for name in SHOWN} for own in result["touches"]]
     else:
