@@ -217,7 +217,8 @@ def say_of_coils(board: Board) -> None:
             f"coils of ⌀{winding.outer / MM:g} mm stand under the magnets and reach "
             f"{board.coils_in_foam / MM:.3g} mm into the foam, whose holes are "
             f"⌀{own_mm:g} (coil_cut_out_mm is a radius{wider}): widen these "
-            "from below, so deep, as `board drawing` says; above, the foam still holds the plate"
+            "from below, so deep, as `board drawing` says. The file stays as it is: above, the "
+            "foam still holds the plate"
         )
     if winding.outer < SMALL_COIL and own.coil_k_per_w < K_PER_W_OF_SMALL:
         say(
