@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
 
 from calibration.small_board import small_board
 from chladni.calibration import CoilReadings, Truth, fit_board, hidden_plate, read_hidden
+from chladni.calibration.fit import check_this_board
 from chladni.calibration.flux import drawn_inductances, drawn_motion, motion_of, moving_inductance
 from chladni.calibration.hidden import (
     FOAM_SOFTEST,
@@ -17,6 +19,7 @@ from chladni.calibration.hidden import (
     HiddenPlate,
 )
 from chladni.calibration.sensing import fitting_share, reading_frequencies, turned_inductances
+from chladni.calibration.unknowns import unknowns_of
 from chladni.calibration.wiring import find_wiring
 from chladni.drives.scoring.tolerances import (
     COIL_PLACE,
@@ -293,6 +296,26 @@ def test_readings_that_no_board_makes_are_refused_by_name(board: Board) -> None:
     mute[:, :, 3] = 0.0
     with pytest.raises(InputError, match=r"coil coil-4.*does not play.*driver"):
         find_wiring(board, changed(readings, mute), expected)
+
+
+@pytest.mark.parametrize(
+    ("where", "deviations", "left", "is_refused"),
+    [
+        ("foam", 5.0, 0.9, True),
+        ("x of coil-2", 5.0, 0.9, False),
+        ("x of coil-2", 5.0, 1.1, True),
+        ("x of coil-2", 7.0, 0.9, True),
+    ],
+)
+def test_only_places_may_take_what_small_patches_do(
+    board: Board, where: str, deviations: float, left: float, is_refused: bool
+) -> None:
+    unknowns = unknowns_of(board)
+    values = unknowns.mean.copy()
+    row = unknowns.names.index(where)
+    values[row] += deviations * unknowns.spread[row]
+    with pytest.raises(InputError, match=where) if is_refused else nullcontext():
+        check_this_board(unknowns, values, left)
 
 
 def test_a_coil_that_is_heard_is_not_dead_under_the_wrong_foam(board: Board) -> None:
