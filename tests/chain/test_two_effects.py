@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from chladni.effects import shipped_effects
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.host.cli.effects.pairs import played_pairs
 from chladni.host.emulation.emulator import Emulator, TouchEvent
-from chladni.host.emulation.felt_over_time import forces_of
+from chladni.host.emulation.felt_over_time import forces_of, over_frequency
 from chladni.host.emulation.played_effect import play_effect
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -22,6 +23,7 @@ from chladni.tables.format import pack
 from chladni.tables.several_fingers.build_for import build_for
 from chladni.tables.table import Table
 from conftest import CommandLine, made_once
+from wired_boards import SWITCHED
 
 HERE, THERE = (0.0, 15.0), (0.0, -12.0)
 
@@ -119,6 +121,37 @@ def test_drives_of_two_effects_share_the_coils(table: Table, board: Board) -> No
         for plays in (False, True)
     )
     assert 0.5 * alone.peak_um < beside.peak_um < 0.98 * alone.peak_um
+
+
+def test_fingers_with_an_effect_each_have_rested_where_switches_have_a_bias(
+    table: Table, board: Board
+) -> None:
+    """As on a real device: the bias of both stands, and each click is found and told from it."""
+    switched = replace(board, electronics=load_board(SWITCHED / "strip5.toml").electronics)
+    solved, click = over_frequency(board), shipped_effects()["click"]
+    bridged, touched, rested = (
+        play_effect(
+            table,
+            own,
+            click,
+            HERE,
+            other_mm=THERE,
+            other_plays=True,
+            rested=is_rested,
+            solved=solved,
+        )
+        for own, is_rested in ((board, False), (switched, False), (switched, True))
+    )
+    assert touched.isolation_db == rested.isolation_db
+    assert touched.isolation_db is not None
+    assert touched.isolation_db > 25.0
+    # A switch has half of a bridge's swing, and less of the supply.
+    assert 0.3 * bridged.peak_um < touched.peak_um < 0.7 * bridged.peak_um
+    assert touched.bias_um is not None
+    assert touched.bias_um < 0.1 * touched.peak_um
+    assert 0.0 < touched.first_ms < 5.0
+    assert touched.envelope_error_db < 1.0
+    assert (bridged.rested, touched.rested) == (False, True)
 
 
 def test_pairs_are_on_a_plate_that_the_device_does_not_know(table: Table, board: Board) -> None:

@@ -17,7 +17,7 @@ from chladni.effects.bank.unpack import unpack_bank
 from chladni.effects.effect import Effect
 from chladni.effects.flatten import flattened
 from chladni.host.emulation._emulator import area_at
-from chladni.host.emulation.emulator import Emulator
+from chladni.host.emulation.emulator import Emulator, Recording
 from chladni.host.emulation.felt_over_time import (
     LATEST_S,
     RATE_HZ,
@@ -79,6 +79,8 @@ class PlayedEffect:
     isolation_db
         Largest RMS over the own disc while the effect plays, over the largest over the other's at
         any time, a switch's bias too, above 40 Hz.
+    rested
+        The finger had rested when its effect began.
     """
 
     t_s: FloatArray
@@ -94,6 +96,7 @@ class PlayedEffect:
     rise_ms: float
     envelope_error_db: float
     isolation_db: float | None
+    rested: bool
 
 
 def play_effect(
@@ -135,7 +138,8 @@ def play_effect(
         How hard each presses.
     rested
         The finger that plays has rested, too: a switch's bias stands when its effect begins. What
-        moved a finger before does not count. Otherwise the effect begins with its touch.
+        moved a finger before does not count. Otherwise the effect begins with its touch. Beside one
+        that plays, fingers on a board with switches have always rested.
     bank
         In the device's flash, and `effect` is what it has there (`effect_of_bank`): no host sends
         anything, and the place's own level is not taken out.
@@ -156,6 +160,8 @@ def play_effect(
         The device did not play.
     """
     check_can_play(table, board, other_mm)
+    is_bridge = board.electronics.is_bridge
+    rests_s = _rests_s(board, rested=rested, other_plays=other_plays)
     places = np.array([at_mm] if other_mm is None else [at_mm, other_mm]) * MM
     solved = over_frequency(board, progress) if solved is None else solved
     plate = FingerPlate.of(solved, places, newtons)
@@ -164,21 +170,19 @@ def play_effect(
     flat = flattened(asked_samples, SIGNAL_HZ, plate.hz, plate.level(0, own_hz), own_hz)
     emulator = Emulator(board, table, level=1.0, bank=bank or b"")
     bias_s = _bias_s(board, beside_another=other_mm is not None)
-    samples = np.pad(flat, (round(RESTED_S * SIGNAL_HZ) if rested else 0, 0))
     sends = None if bank else (level, level_um)
     recording, begins, reported = recorded_effect(
-        emulator, samples, at_mm, other_mm, sends, other_plays=other_plays
+        emulator, flat, at_mm, other_mm, sends, other_plays=other_plays, rests_s=rests_s
     )
-    if rested:
-        begins = reported = reported + bias_s + RESTED_S
+    if rests_s > 0.0:
+        begins = reported = reported + bias_s + rests_s
         bias_s = 0.0
-    forces = forces_of(hidden.board if hidden else board, recording)
+    forces = _newtons(board, hidden, recording)
     if hidden is not None:
         solved = hidden_solved or over_frequency(hidden.board, progress)
         plate = FingerPlate.of(solved, places, newtons)
-        forces *= hidden.forces
     first = round(begins * RATE_HZ)
-    first_s = _begins_s(forces[first:], rested=rested)
+    first_s = _begins_s(forces[first:], rested=rests_s > 0.0)
     disc = plate.felt_um(forces, 0)[:, first:]
     own = disc.mean(axis=0)
     other = None if other_mm is None else rms(plate.felt_um(forces, 1)[:, first:])
@@ -189,7 +193,6 @@ def play_effect(
     largest = float(sizes[playing].max())
     risen = (playing.start + float(np.flatnonzero(sizes[playing] >= 0.9 * largest)[0])) / RATE_HZ
     around = np.delete(sizes, playing).max(initial=0.0)
-    is_bridge = board.electronics.is_bridge
     return PlayedEffect(
         t_s=np.arange(len(own)) / RATE_HZ,
         asked=asked,
@@ -203,9 +206,8 @@ def play_effect(
         first_ms=1e3 * (begins + first_s - reported),
         rise_ms=1e3 * (risen - first_s),
         envelope_error_db=envelope_error_db(asked, own),
-        isolation_db=None
-        if other is None
-        else decibel(float(rms(disc)[playing].max() / other.max()) ** 2),
+        isolation_db=_isolation_db(rms(disc)[playing], other),
+        rested=rests_s > 0.0,
     )
 
 
@@ -252,6 +254,26 @@ def _begins_s(forces: FloatArray, *, rested: bool) -> float:
     if not len(active):
         raise ChladniError("the emulated device played nothing", hint="is the effect silent?")
     return float(active[0]) / RATE_HZ
+
+
+def _rests_s(board: Board, *, rested: bool, other_plays: bool) -> float:
+    """For which a finger rests before its effect.
+
+    `DeviceFingers.play_together` has all fingers rest. Only a bias tells rest from touch.
+    """
+    rests = not board.electronics.is_bridge if other_plays else rested
+    return RESTED_S if rests else 0.0
+
+
+def _newtons(board: Board, hidden: HiddenPlate | None, recording: Recording) -> FloatArray:
+    """Of each coil, on the plate that there is."""
+    if hidden is None:
+        return forces_of(board, recording)
+    return forces_of(hidden.board, recording) * hidden.forces
+
+
+def _isolation_db(own: FloatArray, other: FloatArray | None) -> float | None:
+    return None if other is None else decibel(float(own.max() / other.max()) ** 2)
 
 
 def _bias_s(board: Board, *, beside_another: bool) -> float:

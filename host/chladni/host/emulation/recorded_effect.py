@@ -30,19 +30,22 @@ def recorded_effect(
     levels: tuple[float, float | None] | None,
     *,
     other_plays: bool,
+    rests_s: float,
 ) -> tuple[Recording, float, float]:
     """The pins from power-on until the effect is over; when the finger touched, and was seen, s.
 
     Parameters
     ----------
     samples
-        At `SIGNAL_HZ`, which begin with the touch at `at_mm`.
+        At `SIGNAL_HZ`, which begin with the touch at `at_mm`, or as soon as it has rested.
     other_mm
         Of another finger, which has rested there for `REST_MS`.
     levels
         At which samples are sent, and micrometres; without both the device has the effect itself.
     other_plays
         The other finger has a signal of its own, too, of which no samples are sent.
+    rests_s
+        For which the finger that plays rests first, once a switch's bias is up.
 
     Raises
     ------
@@ -60,13 +63,14 @@ def recorded_effect(
     words: list[int] = []
     if levels is not None:
         words = [round(32767.0 * float(one)) for one in samples]
+        words = [0] * round(rests_s * SIGNAL_HZ) + words
         _set_signal(emulator, slot, *levels)
     sent = emulator.core.push_signal(slot, words[:SIGNAL_SAMPLES])
     parts = [emulator.run(REST_MS)]
     begins = parts[0].duty_steps.shape[0] / parts[0].carrier_hz
     touched_ms = REST_MS + 0.1
     emulator.touch(TouchEvent(touched_ms, at_mm, 0))
-    left_ms = PRESSED_MS + 1e3 * (len(samples) / SIGNAL_HZ + AFTER_S)
+    left_ms = PRESSED_MS + 1e3 * (rests_s + len(samples) / SIGNAL_HZ + AFTER_S)
     while left_ms > 0.0:
         parts.append(emulator.run(TURN_MS))
         sent += emulator.core.push_signal(slot, words[sent : sent + SIGNAL_SAMPLES])

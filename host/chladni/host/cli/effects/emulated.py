@@ -153,7 +153,8 @@ def _others(places: Sequence[Place]) -> list[Place | None]:
 def _numbers(found: PlayedEffect) -> dict[str, Any]:
     rows = {key: own for key, own in asdict(found).items() if not isinstance(own, np.ndarray)}
     rows.pop("other_um", None)
-    return rows
+    # It matters where switches have a bias.
+    return rows | {"rested": None if found.bias_um is None else found.rested}
 
 
 def _tell(known: dict[str, Any], found: PlayedEffect, *, as_json: bool) -> None:
