@@ -17,7 +17,7 @@ from chladni.effects.files import ReadEffect
 from chladni.host.cli.common.board_reports import say_waves
 from chladni.host.cli.common.hidden_plates import named_plate
 from chladni.host.cli.common.output import Place, answer, progress_bar, say, write_figure
-from chladni.host.cli.common.verdicts import of_effect
+from chladni.host.cli.common.verdicts import of_effect, of_two_effects
 from chladni.host.cli.device.connection import Connection
 from chladni.host.cli.effects.pairs import played_pairs
 from chladni.host.cli.effects.remarks import say_filtered, say_off_board
@@ -81,12 +81,8 @@ def play_emulated(
         }
         for name, read, place, one in zip("AB", reads, places, found, strict=True)
     ]
-    told = [
-        f"{one['name']} gets {one['peak_um']:.2g} µm of its {one['effect']} at most, and "
-        f"{other} {_less(one['isolation_db'])} of it"
-        for one, other in zip(rows, "BA", strict=True)
-    ]
-    result: dict[str, Any] = {"verdict": ". ".join(told) + ".", "board": board.name}
+    told = of_two_effects([one.name for one in effects], found)
+    result: dict[str, Any] = {"verdict": told, "board": board.name}
     by_name = {f"{one['name']}": {**one, "name": None} for one in rows}
     answer(result | ({"fingers": rows} if as_json else by_name), as_json=as_json, title=TITLE)
 
@@ -139,10 +135,6 @@ def play_emulated_pairs(
     say_waves(board)
     rows = played_pairs(table, board, read.effect, count, plate, as_json=as_json, **how)
     answer(rows, as_json=as_json, title=TITLE)
-
-
-def _less(db: float) -> str:
-    return f"{abs(db):.0f} dB {'less' if db >= 0.0 else 'more'}"
 
 
 def _others(places: Sequence[Place]) -> list[Place | None]:
