@@ -251,8 +251,13 @@ def of_effect(played: PlayedEffect) -> str:
     if other is None or played.isolation_db is None:
         return f"{own}."
     feels = "feels" if least is not None and other > least else "does not feel"
-    apart = f"{abs(played.isolation_db):.0f} dB {'less' if played.isolation_db >= 0.0 else 'more'}"
+    apart = decibels_less(played.isolation_db)
     return f"{own}, the other {apart}, which a resting finger {feels}."
+
+
+def decibels_less(db: float) -> str:
+    """Whole decibels in words, as `less_of`."""
+    return f"{abs(db):.0f} dB {'less' if db >= 0.0 else 'more'}"
 
 
 def of_two_effects(effects: Sequence[str], played: Sequence[PlayedEffect]) -> str:
