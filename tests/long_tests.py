@@ -40,6 +40,7 @@ LONG = (
     "chain/test_played_effect.py::test_a_tone_of_less_level_is_as_much_weaker",
     "chain/test_played_effect.py::test_fingers_are_on_a_plate_that_the_device_does_not_know",
     "chain/test_two_effects.py::test_drives_of_two_effects_share_the_coils",
+    "chain/test_two_effects.py::test_fingers_with_an_effect_each_have_rested_where_switches_have_a_bias",
     "chain/test_two_effects.py::test_the_command_plays_an_effect_under_each_finger",
     "chain/test_swipe.py::test_every_report_of_a_swipe_is_scored",
     "chain/test_table_score.py::test_a_diode_without_a_floor_bends_what_the_pins_say",

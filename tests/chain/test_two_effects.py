@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +15,14 @@ from chladni.calibration.hidden import HiddenPlate
 from chladni.effects import shipped_effects
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.host.cli.effects.pairs import played_pairs
+from chladni.host.cli.effects.setup import Setup
+from chladni.host.emulation import felt_over_time
 from chladni.host.emulation.emulator import Emulator, TouchEvent
-from chladni.host.emulation.felt_over_time import forces_of
+from chladni.host.emulation.felt_over_time import (
+    forces_of,
+    over_frequency,
+    plates_over_frequency,
+)
 from chladni.host.emulation.played_effect import play_effect
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -22,6 +30,7 @@ from chladni.tables.format import pack
 from chladni.tables.several_fingers.build_for import build_for
 from chladni.tables.table import Table
 from conftest import CommandLine, made_once
+from wired_boards import SWITCHED
 
 HERE, THERE = (0.0, 15.0), (0.0, -12.0)
 
@@ -76,11 +85,19 @@ def test_the_command_plays_an_effect_under_each_finger(
         assert one["peak_um"] > 10.0
         assert one["isolation_db"] > 25.0
         assert one["other_peak_um"] < 0.1 * one["peak_um"]
-    assert "of its click at most, and B " in found["verdict"]
+    assert re.fullmatch(
+        r"A gets 2\d µm of its click, 3\d dB more than of B's thud. "
+        r"B gets 2\d µm of its thud, 3\d dB more than of A's click.",
+        found["verdict"],
+    )
     drawn = figure.read_text("utf-8")
     assert "click at 0, 15 mm" in drawn
     assert "thud at 0, -12 mm" in drawn
-    assert "strip5; each effect on its own time axis" in drawn
+    assert "strip5 as drawn, table t.chl; each effect on its own time axis" in drawn
+    for name, one in zip("AB", found["fingers"], strict=True):
+        assert f"{name}: {one['effect']} at " in drawn
+        assert f" mm, {one['peak_um']:.2g} µm at most;" in drawn
+        assert f"gets {one['isolation_db']:.0f} dB less of it" in drawn
     for words, said in (
         (
             ("--at", "0,15", "--other-effect", "thud"),
@@ -121,12 +138,59 @@ def test_drives_of_two_effects_share_the_coils(table: Table, board: Board) -> No
     assert 0.5 * alone.peak_um < beside.peak_um < 0.98 * alone.peak_um
 
 
+def test_fingers_with_an_effect_each_have_rested_where_switches_have_a_bias(
+    table: Table, board: Board
+) -> None:
+    """As on a real device: the bias of both stands, and each click is found and told from it."""
+    switched = replace(board, electronics=load_board(SWITCHED / "strip5.toml").electronics)
+    solved, click = over_frequency(board), shipped_effects()["click"]
+    bridged, touched, rested = (
+        play_effect(
+            table,
+            own,
+            click,
+            HERE,
+            other_mm=THERE,
+            other_plays=True,
+            rested=is_rested,
+            solved=solved,
+        )
+        for own, is_rested in ((board, False), (switched, False), (switched, True))
+    )
+    assert touched.isolation_db == rested.isolation_db
+    assert touched.isolation_db is not None
+    assert touched.isolation_db > 25.0
+    # A switch has half of a bridge's swing, and less of the supply.
+    assert 0.3 * bridged.peak_um < touched.peak_um < 0.7 * bridged.peak_um
+    assert touched.bias_um is not None
+    assert touched.bias_um < 0.1 * touched.peak_um
+    assert 0.0 < touched.first_ms < 5.0
+    assert touched.envelope_error_db < 1.0
+    assert (bridged.rested, touched.rested) == (False, True)
+
+
+def test_a_board_and_its_hidden_plate_are_one_progress(
+    board: Board, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(felt_over_time, "GRID_HZ", (80.0, 120.0, 160.0, 200.0))
+    told: list[tuple[int, int]] = []
+    own, below = plates_over_frequency(
+        board, board, lambda done, of_all: told.append((done, of_all))
+    )
+    assert below is not None
+    assert told[:2] == [(0, 8), (1, 8)]
+    assert [done for done, _ in told] == list(range(len(own) + len(below) + 1))
+    assert told[-1] == (len(own) + len(below),) * 2
+
+
 def test_pairs_are_on_a_plate_that_the_device_does_not_know(table: Table, board: Board) -> None:
     """On the board itself with coils half as strong."""
     count = len(board.actuators)
     weak = HiddenPlate(board, np.full(count, 0.5), np.ones(count), 0, "weak")
     known, hidden = (
-        played_pairs(table, board, shipped_effects()["click"], 1, plate, as_json=True)
+        played_pairs(
+            Setup(table, board, plate, None, None), shipped_effects()["click"], 1, as_json=True
+        )
         for plate in (None, weak)
     )
     assert hidden["peak_um"]["median"] == pytest.approx(0.5 * known["peak_um"]["median"], rel=1e-6)

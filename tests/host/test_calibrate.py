@@ -254,7 +254,8 @@ def test_micrometres_stand_beside_decibels() -> None:
     (scored,) = score_fingers(board, (2,), sets=20, samples=0, regularisation=REGULARISATION).counts
     assert scored.finger_um is not None
     assert truth.fingers_um.median == pytest.approx(scored.finger_um.median, rel=0.01)
-    told = verdict(board, Calibrated(board, (), "coils", None), truth, truth)
+    told = verdict(board, Calibrated(board, (), "coils", None), truth, truth, 20)
+    assert " dB after (over 20 pairs, with the solver's drives). Each gets " in told
     um = truth.fingers_um
     assert f" µm before, {um.median:.2g} after, {um.p10:.2g} at the worst tenth." in told
 

@@ -52,6 +52,10 @@ def test_without_a_table_it_is_told_what_plays_and_each_of_few_pairs(
     assert re.match(r"plays responses at places [\d.]+ × [\d.]+ mm apart, made for strip5", told)
     assert re.search(r"peak +│ [\d.]+, [\d.]+ µm", played.out)
     assert "80 %" not in played.out
+    assert "Played on strip5 as drawn (emulated)" in played.out
+    assert re.search(r"board +│ strip5, as drawn", played.out)
+    # Bridges have no bias that could stand.
+    assert "rested" not in played.out
 
 
 @pytest.mark.parametrize(

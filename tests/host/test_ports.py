@@ -271,5 +271,6 @@ def test_a_command_says_that_it_waits_for_a_port_outside_of_dev(
     link = tmp_path / "own.port"
     waits, ended = chladni("device", "info", "--port", link).err.splitlines()
     assert waits.startswith(f"chladni: {link} is not there: waiting up to 0.1 s")
-    assert "no such port" in ended
+    assert "no such port; an emulated device may still be starting, or has ended" in ended
+    assert f"`chladni emulate --serial --port-link {link}` makes it" in ended
     assert "waiting" not in chladni("device", "info", "--port", "/dev/nothing").err

@@ -72,6 +72,20 @@ def over_frequency(board: Board, progress: Progress | None = None) -> list[Solve
     return [found[hz] for hz in sorted(found)]
 
 
+def plates_over_frequency(
+    board: Board, hidden: Board | None, progress: Progress
+) -> tuple[list[SolvedBoard], list[SolvedBoard] | None]:
+    """A board `over_frequency`, and the hidden plate that fingers are on: one progress of both."""
+    if hidden is None:
+        return over_frequency(board, progress), None
+    progress(0, 2 * len(GRID_HZ))
+    # It takes up to three times as long. Estimates that begin with it become shorter.
+    solved = over_frequency(hidden, lambda done, count: progress(done, count + len(GRID_HZ)))
+    first = len(solved)
+    own = over_frequency(board, lambda done, count: progress(first + done, first + count))
+    return own, solved
+
+
 def frequencies_of(solved: Sequence[SolvedBoard]) -> FloatArray:
     """Hz at which a board was solved."""
     return np.array([own.board.drive.frequency_hz for own in solved])

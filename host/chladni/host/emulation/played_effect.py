@@ -12,12 +12,12 @@ from chladni.calibration.hidden import HiddenPlate
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.scoring.as_built import PRESS
 from chladni.effects.bank.areas import level_of
-from chladni.effects.bank.layout import SIGNAL_HZ, UM_STEPS
+from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.bank.unpack import unpack_bank
 from chladni.effects.effect import Effect
 from chladni.effects.flatten import flattened
 from chladni.host.emulation._emulator import area_at
-from chladni.host.emulation.emulator import Emulator, Recording, TouchEvent
+from chladni.host.emulation.emulator import Emulator, Recording
 from chladni.host.emulation.felt_over_time import (
     LATEST_S,
     RATE_HZ,
@@ -29,27 +29,19 @@ from chladni.host.emulation.felt_over_time import (
     over_frequency,
     rms,
 )
+from chladni.host.emulation.recorded_effect import recorded_effect
 from chladni.host.protocol.config import BIAS_RAMP_MS
-from chladni.host.protocol.link import SIGNAL_SAMPLES
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
-from chladni.sim.errors import ArgumentError, ChladniError, ConflictError, MissingError
+from chladni.sim.errors import ArgumentError, ChladniError, MissingError
 from chladni.sim.image.finger import threshold_um
 from chladni.sim.image.metrics import decibel
 from chladni.tables.table import Table
 
 FloatArray = NDArray[np.float64]
 
-REST_MS = 60.0
-"""For which the other finger rests before: its report, and a switch's bias to settle."""
 RESTED_S = 0.1
 """For which a finger rests before its effect, once a switch's bias is up."""
-PRESSED_MS = 12.0
-"""At most from a touch to the first duty: a panel's report, and drives of two fingers."""
-TURN_MS = 10.0
-"""Between two sendings of samples."""
-AFTER_S = 0.1
-NO_UM = "the device knows micrometres from responses: `chladni table build BOARD --for fingers`"
 
 
 @dataclass(frozen=True)
@@ -87,6 +79,8 @@ class PlayedEffect:
     isolation_db
         Largest RMS over the own disc while the effect plays, over the largest over the other's at
         any time, a switch's bias too, above 40 Hz.
+    rested
+        The finger had rested when its effect began.
     """
 
     t_s: FloatArray
@@ -102,6 +96,7 @@ class PlayedEffect:
     rise_ms: float
     envelope_error_db: float
     isolation_db: float | None
+    rested: bool
 
 
 def play_effect(
@@ -143,7 +138,8 @@ def play_effect(
         How hard each presses.
     rested
         The finger that plays has rested, too: a switch's bias stands when its effect begins. What
-        moved a finger before does not count. Otherwise the effect begins with its touch.
+        moved a finger before does not count. Otherwise the effect begins with its touch. Beside one
+        that plays, fingers on a board with switches have always rested.
     bank
         In the device's flash, and `effect` is what it has there (`effect_of_bank`): no host sends
         anything, and the place's own level is not taken out.
@@ -164,6 +160,8 @@ def play_effect(
         The device did not play.
     """
     check_can_play(table, board, other_mm)
+    is_bridge = board.electronics.is_bridge
+    rests_s = _rests_s(board, rested=rested, other_plays=other_plays)
     places = np.array([at_mm] if other_mm is None else [at_mm, other_mm]) * MM
     solved = over_frequency(board, progress) if solved is None else solved
     plate = FingerPlate.of(solved, places, newtons)
@@ -172,19 +170,19 @@ def play_effect(
     flat = flattened(asked_samples, SIGNAL_HZ, plate.hz, plate.level(0, own_hz), own_hz)
     emulator = Emulator(board, table, level=1.0, bank=bank or b"")
     bias_s = _bias_s(board, beside_another=other_mm is not None)
-    samples = np.pad(flat, (round(RESTED_S * SIGNAL_HZ) if rested else 0, 0))
     sends = None if bank else (level, level_um)
-    recording, begins, reported = _recorded(emulator, samples, at_mm, other_mm, sends, other_plays)
-    if rested:
-        begins = reported = reported + bias_s + RESTED_S
+    recording, begins, reported = recorded_effect(
+        emulator, flat, at_mm, other_mm, sends, other_plays=other_plays, rests_s=rests_s
+    )
+    if rests_s > 0.0:
+        begins = reported = reported + bias_s + rests_s
         bias_s = 0.0
-    forces = forces_of(hidden.board if hidden else board, recording)
+    forces = _newtons(board, hidden, recording)
     if hidden is not None:
         solved = hidden_solved or over_frequency(hidden.board, progress)
         plate = FingerPlate.of(solved, places, newtons)
-        forces *= hidden.forces
     first = round(begins * RATE_HZ)
-    first_s = _begins_s(forces[first:], rested=rested)
+    first_s = _begins_s(forces[first:], rested=rests_s > 0.0)
     disc = plate.felt_um(forces, 0)[:, first:]
     own = disc.mean(axis=0)
     other = None if other_mm is None else rms(plate.felt_um(forces, 1)[:, first:])
@@ -195,7 +193,6 @@ def play_effect(
     largest = float(sizes[playing].max())
     risen = (playing.start + float(np.flatnonzero(sizes[playing] >= 0.9 * largest)[0])) / RATE_HZ
     around = np.delete(sizes, playing).max(initial=0.0)
-    is_bridge = board.electronics.is_bridge
     return PlayedEffect(
         t_s=np.arange(len(own)) / RATE_HZ,
         asked=asked,
@@ -209,9 +206,8 @@ def play_effect(
         first_ms=1e3 * (begins + first_s - reported),
         rise_ms=1e3 * (risen - first_s),
         envelope_error_db=envelope_error_db(asked, own),
-        isolation_db=None
-        if other is None
-        else decibel(float(rms(disc)[playing].max() / other.max()) ** 2),
+        isolation_db=_isolation_db(rms(disc)[playing], other),
+        rested=rests_s > 0.0,
     )
 
 
@@ -260,6 +256,26 @@ def _begins_s(forces: FloatArray, *, rested: bool) -> float:
     return float(active[0]) / RATE_HZ
 
 
+def _rests_s(board: Board, *, rested: bool, other_plays: bool) -> float:
+    """For which a finger rests before its effect.
+
+    `DeviceFingers.play_together` has all fingers rest. Only a bias tells rest from touch.
+    """
+    rests = not board.electronics.is_bridge if other_plays else rested
+    return RESTED_S if rests else 0.0
+
+
+def _newtons(board: Board, hidden: HiddenPlate | None, recording: Recording) -> FloatArray:
+    """Of each coil, on the plate that there is."""
+    if hidden is None:
+        return forces_of(board, recording)
+    return forces_of(hidden.board, recording) * hidden.forces
+
+
+def _isolation_db(own: FloatArray, other: FloatArray | None) -> float | None:
+    return None if other is None else decibel(float(own.max() / other.max()) ** 2)
+
+
 def _bias_s(board: Board, *, beside_another: bool) -> float:
     """For which a signal waits until a switch's bias is up."""
     if board.electronics.is_bridge:
@@ -290,60 +306,3 @@ def _at_rate(samples: FloatArray, count: int) -> FloatArray:
     """Samples at `RATE_HZ`, with zeros after them, shape (count,)."""
     times, own = np.arange(count) / RATE_HZ, np.arange(len(samples)) / SIGNAL_HZ
     return np.asarray(np.interp(times, own, samples, right=0.0))
-
-
-def _recorded(
-    emulator: Emulator,
-    samples: FloatArray,
-    at_mm: tuple[float, float],
-    other_mm: tuple[float, float] | None,
-    levels: tuple[float, float | None] | None,
-    other_plays: bool,
-) -> tuple[Recording, float, float]:
-    """The pins from power-on until the effect is over; when the finger touched, and was seen, s.
-
-    Samples are sent at a level, or micrometres; without both the device has the effect itself.
-    """
-    slot = 0
-    if other_mm is not None:
-        if levels is not None and other_plays:
-            _set_signal(emulator, 0, *levels)
-        else:
-            emulator.core.set_voice(0, 0, 0)
-        emulator.touch(TouchEvent(1.0, other_mm, 7))
-        slot = 1
-    words: list[int] = []
-    if levels is not None:
-        words = [round(32767.0 * float(one)) for one in samples]
-        _set_signal(emulator, slot, *levels)
-    sent = emulator.core.push_signal(slot, words[:SIGNAL_SAMPLES])
-    parts = [emulator.run(REST_MS)]
-    begins = parts[0].duty_steps.shape[0] / parts[0].carrier_hz
-    touched_ms = REST_MS + 0.1
-    emulator.touch(TouchEvent(touched_ms, at_mm, 0))
-    left_ms = PRESSED_MS + 1e3 * (len(samples) / SIGNAL_HZ + AFTER_S)
-    while left_ms > 0.0:
-        parts.append(emulator.run(TURN_MS))
-        sent += emulator.core.push_signal(slot, words[sent : sent + SIGNAL_SAMPLES])
-        left_ms -= TURN_MS
-    if emulator.core.state != "playing":
-        raise ChladniError(
-            f"the emulated device is {emulator.core.state} after the effect",
-            hint="an effect may last as long as `max_on_s` of the board file",
-        )
-    first = parts[0]
-    steps = np.concatenate([part.duty_steps for part in parts])
-    seen, passed = [], len(first.duty_steps)
-    for part in parts[1:]:
-        seen += [(passed + one) / first.carrier_hz for one in part.panel_reports]
-        passed += len(part.duty_steps)
-    # The resting finger is reported meanwhile.
-    reported = min(at for at in seen if 1e3 * at >= touched_ms)
-    return Recording(steps, first.carrier_hz, first.pwm_bits), begins, reported
-
-
-def _set_signal(emulator: Emulator, slot: int, level: float, most_um: float | None) -> None:
-    emulator.core.set_signal_voice(slot, round(32767.0 * level))
-    if most_um is None or emulator.core.limit_signal(slot, round(UM_STEPS * most_um)):
-        return
-    raise ConflictError("level_um", "a table without responses", hint=NO_UM)

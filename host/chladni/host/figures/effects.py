@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.effect import Effect
@@ -15,6 +16,12 @@ from chladni.host.figures.fields import INK
 
 QUIET, MARGIN = 0.03, 1.1
 """Share of the peak below which a curve is over; how much later the axis ends."""
+SEEN = 0.05
+"""Share of the finger's own row from which what another gets can be seen at the same scale."""
+FROM = {
+    False: "ms from the touch, which the panel reports up to 12 ms later (simulated)",
+    True: "ms from the effect's beginning, under a finger that rested (simulated)",
+}
 ASKED, OWN, OTHER = "#767676", "#d55e00", "#0072b2"
 
 
@@ -44,11 +51,10 @@ def played_effects_figure(
     for column, own, title in zip(rows.T, played, titles, strict=True):
         _draw_played(column, own)
         column[0].set_title(title, color=INK, fontsize=11)
-    for axes, label in zip(
-        rows[:, 0],
-        ("asked for", "under the finger / µm", "under the other,\nRMS / µm"),
-        strict=False,
-    ):
+    other = "under the other:\nRMS over fingertip\n(no sign) / µm"
+    if has_other:
+        other += _scale_other(rows[1:], played)
+    for axes, label in zip(rows[:, 0], ("asked for", "under the finger / µm", other), strict=False):
         axes.set_ylabel(label)
     if heading is not None:
         figure.suptitle(heading, color=INK, fontsize=12)
@@ -61,14 +67,22 @@ def _draw_played(column: Sequence[Axes], played: PlayedEffect) -> None:
     column[1].plot(times, played.own_um, color=OWN, linewidth=1.2)
     if played.other_um is not None:
         column[2].plot(times, played.other_um, color=OTHER, linewidth=1.2)
-        most = max(1.15 * float(played.other_um.max()), column[2].get_ylim()[1])
-        column[2].set_ylim(0.0, most)
     for axes in column[:-1]:
         axes.grid(alpha=0.3)
     column[0].set_xlim(0.0, _ends_ms(played))
-    _time_axis(
-        column[-1], "ms from the touch, which the panel reports up to 12 ms later (simulated)"
-    )
+    _time_axis(column[-1], FROM[played.rested])
+
+
+def _scale_other(rows: NDArray[np.object_], played: Sequence[PlayedEffect]) -> str:
+    """Give the other finger's row the own row's scale, where it can be seen; else a remark."""
+    own, other = rows[0][0], rows[1][0]
+    low, high = own.get_ylim()
+    most = max(float(one.other_um.max()) for one in played if one.other_um is not None)
+    if most >= SEEN * max(-low, high):
+        other.set_ylim(low, high)
+        return ""
+    other.set_ylim(0.0, 1.15 * most)
+    return "\n(scale of its own)"
 
 
 def _ends_ms(played: PlayedEffect) -> float:

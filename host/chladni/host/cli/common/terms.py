@@ -75,6 +75,7 @@ WORDS = {
     "just_felt_um": "the least that a resting finger feels",
     "bias_um": "the most that the bias of switches moves before and after",
     "bias_duty": "duty at which that bias stands",
+    "rested": "rested before its effect, so that the bias stood",
     "mass_g": "mass of each",
     "first_ms": "from the panel's report to the first duty",
     "rise_ms": "from the first duty to 90 % of the peak",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
 WIDE_MM = 14.0
 """Coils farther apart than 12 mm, about a fingertip, leave places between them (docs/focus.md)."""
 MOST_COILS = max(own.channels for own in CHIPS.values())
+OWN_STANDS_OUT_DB, LOUDER = 6.0, 1.5
+"""By which a finger is to get more of its own effect than of the other's. If the other finger gets
+so many times as much of its own, that is why; effects differ by less at the same `--level-um`."""
 SAME_DB = 0.05
 """What is written with one digit is the same below."""
 
@@ -247,8 +251,31 @@ def of_effect(played: PlayedEffect) -> str:
     if other is None or played.isolation_db is None:
         return f"{own}."
     feels = "feels" if least is not None and other > least else "does not feel"
-    apart = f"{abs(played.isolation_db):.0f} dB {'less' if played.isolation_db >= 0.0 else 'more'}"
+    apart = decibels_less(played.isolation_db)
     return f"{own}, the other {apart}, which a resting finger {feels}."
+
+
+def decibels_less(db: float) -> str:
+    """Whole decibels in words, as `less_of`."""
+    return f"{abs(db):.0f} dB {'less' if db >= 0.0 else 'more'}"
+
+
+def of_two_effects(effects: Sequence[str], played: Sequence[PlayedEffect]) -> str:
+    """What each of two fingers, A and B, has of its own effect and of the other's."""
+    told = []
+    for own, other in ((0, 1), (1, 0)):
+        um, by_other = played[own].peak_um, played[other].other_peak_um or 0.0
+        db = 20.0 * math.log10(um / by_other) if by_other > 0.0 else math.inf
+        others = f"{'AB'[other]}'s {effects[other]}"
+        sentence = f"{'AB'[own]} gets {um:.2g} µm of its {effects[own]}"
+        if db >= 0.0:
+            sentence += f", {db:.0f} dB more than of {others}"
+        else:
+            sentence += f", and {by_other:.2g} µm of {others}, {-db:.0f} dB more"
+        if db < OWN_STANDS_OUT_DB and played[other].peak_um > LOUDER * um:
+            sentence += f": `--level-um {um:.2g}` makes both effects alike"
+        told.append(f"{sentence}.")
+    return " ".join(told)
 
 
 def of_design(found: Mapping[str, Any], *, for_fingers: Mapping[int, float]) -> str:

@@ -17,7 +17,7 @@ from chladni.host.cli.common.output import say
 from chladni.host.cli.common.ranges import within
 from chladni.host.device.device import Device
 from chladni.host.device.wires.udp import UdpPort, UdpWire
-from chladni.host.device.wires.wire import BAUD, EmulatorWire, SerialWire, Wire
+from chladni.host.device.wires.wire import BAUD, EmulatorWire, SerialWire, Wire, WireError
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.protocol.network import read_key
 from chladni.sim.board.file import load_board
@@ -26,9 +26,9 @@ from chladni.tables.format import pack, read_table
 
 BAUDS = 300, 12_000_000
 """From the slowest modem to the fastest USB bridge."""
-STARTS_S, TURN_S = 15.0, 0.05
-"""`chladni emulate --serial` takes 1 to 3 s to start, on a busy machine several times as long; how
-often its link is looked for."""
+STARTS_S, TURN_S = 60.0, 0.05
+"""`chladni emulate --serial` takes 1 to 3 s to start, with --hidden on a busy machine more than 15;
+how often its link is looked for."""
 
 
 UdpOption = Annotated[
@@ -118,12 +118,24 @@ def _await_link(port: Path) -> None:
     """Wait for the --port-link of an emulated device that is still starting, and say so.
 
     Ports in /dev are there or not.
+
+    Raises
+    ------
+    WireError
+        It did not come.
     """
     if os.name != "posix" or port.is_relative_to("/dev") or port.exists():
         return
     say(f"{port} is not there: waiting up to {STARTS_S:g} s for an emulated device to make it")
     end = time.monotonic() + STARTS_S
-    while not port.exists() and time.monotonic() < end:
+    while not port.exists():
+        if time.monotonic() > end:
+            hint = (
+                "an emulated device may still be starting, or has ended: "
+                f"`chladni emulate --serial --port-link {port}` makes it; `chladni device list` "
+                "shows the ports there are"
+            )
+            raise WireError(f"{port}: no such port", hint=hint)
         time.sleep(TURN_S)
 
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from chladni.calibration.hidden import HiddenPlate
 from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.several_fingers.finger_sets import finger_sets
@@ -17,12 +16,10 @@ from chladni.effects.effect import Effect
 from chladni.host.cli.common.options import check_one_of
 from chladni.host.cli.common.output import progress_bar
 from chladni.host.cli.device.connection import Connection
-from chladni.host.emulation.felt_over_time import over_frequency
+from chladni.host.cli.effects.setup import Setup
 from chladni.host.emulation.played_effect import PlayedEffect, play_effect
-from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ConflictError
-from chladni.tables.table import Table
 
 MOST_PAIRS = 1000
 FEW_PAIRS = 10
@@ -43,11 +40,9 @@ def check_pairs(connection: Connection, effect: str | None, given: Sequence[str]
 
 
 def played_pairs(
-    table: Table,
-    board: Board,
+    setup: Setup,
     effect: Effect,
     count: int,
-    hidden: HiddenPlate | None = None,
     *,
     as_json: bool,
     **how: Any,
@@ -55,14 +50,11 @@ def played_pairs(
     """Rows of what both fingers have of an effect; the first finger of each pair plays.
 
     The pairs are the first of those that `fingers` and `board score` draw. Of few pairs people get
-    each in place of shares of them. `hidden` is the plate that they are on, and `how` is as of
-    `play_effect`.
+    each in place of shares of them. `how` is as of `play_effect`.
     """
+    table, board = setup.table, setup.board
     sets = finger_sets(board, 2, count, LEAST_APART, np.random.default_rng(SEED)) / MM
-    with progress_bar("plate") as progress:
-        how |= {"hidden": hidden, "solved": over_frequency(board, progress)}
-        if hidden is not None:
-            how["hidden_solved"] = over_frequency(hidden.board, progress)
+    how |= setup.solved()
     found: list[PlayedEffect] = []
     with progress_bar("pairs") as progress:
         for place, beside in sets.tolist():
@@ -78,17 +70,19 @@ def played_pairs(
         f"{min(levels):z.0f} at the worst" if is_few else f"{isolation.p10:z.0f} at the worst tenth"
     )
     told = {"peak_um": peaks, "isolation_db": levels}
+    has_bias = found[0].bias_um is not None
     return {
         "verdict": (
             f"Over {count} pairs the other finger gets {isolation.median:z.0f} dB less at the "
             f"median, {worst}{rest}."
         ),
         "effect": effect.name,
-        "board": board.name,
+        **setup.rows(as_json=as_json),
         "pairs": count,
         **{
             key: own if is_few and not as_json else asdict(Spread.of(own))
             for key, own in told.items()
         },
         "unfelt": float(np.mean(unfelt)) if knows else None,
+        "rested": found[0].rested if has_bias else None,
     }

@@ -53,7 +53,9 @@ def play(
     other_effect: Annotated[
         str | None,
         typer.Option(
-            metavar="EFFECT", help="What that finger plays at the same time, at the same level."
+            metavar="EFFECT",
+            help="What that finger plays at the same time. --level-db is of the loudest for each "
+            "place, which differ in µm: --level-um makes both alike.",
         ),
     ] = None,
     level_db: Annotated[
@@ -84,7 +86,11 @@ def play(
     ] = None,
     rested: Annotated[
         bool,
-        typer.Option("--rested", help="The emulated finger has rested: a switch's bias stands."),
+        typer.Option(
+            "--rested",
+            help="The emulated finger has rested: a switch's bias stands. With --other-effect both "
+            "always have.",
+        ),
     ] = False,
     pairs: Annotated[
         int | None,

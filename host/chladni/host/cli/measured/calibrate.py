@@ -107,7 +107,10 @@ def calibrate(
     ] = False,
     sets: Annotated[
         int,
-        typer.Option(callback=within(1, MOST_SETS), help="Of two fingers that are scored."),
+        typer.Option(
+            callback=within(1, MOST_SETS),
+            help="Of two fingers that are scored, the first of those that `fingers` draws.",
+        ),
     ] = SETS,
     figure: FigureOption = None,
     large: LargeOption = False,
@@ -147,7 +150,7 @@ def calibrate(
 
         write_figure(calibration_figure(drawn, known, found.by, before, after), figure)
     result = {
-        "verdict": verdict(drawn, found, before, after),
+        "verdict": verdict(drawn, found, before, after, sets),
         "path": str(output),
         "by": found.by,
         "coils": _coils(known),
@@ -265,13 +268,14 @@ def _faults(found: Calibrated) -> list[str]:
     return [fault.said for own in found.board.actuators if (fault := coil_fault(own))]
 
 
-def verdict(drawn: Board, found: Calibrated, before: Restored, after: Restored) -> str:
-    """What came of it, in a few sentences."""
+def verdict(drawn: Board, found: Calibrated, before: Restored, after: Restored, sets: int) -> str:
+    """What came of it, in a few sentences; scores are of so many sets of two fingers."""
     told = [
         f"{own.name} {own.value:.2f} times the drawn one" for own in found.parameters if own.told
     ]
     first = gained(before.isolation(drawn), after.isolation(drawn))
-    sentences = [first[0].upper() + first[1:] + "."]
+    pairs = f"over {sets} pairs" if sets > 1 else "of one pair"
+    sentences = [f"{first[0].upper()}{first[1:]} ({pairs}, with the solver's drives)."]
     if (um := after.fingers_um) is not None:
         sentences += [
             f"Each gets {before.fingers_um.median:.2g} µm before, {um.median:.2g} after, "

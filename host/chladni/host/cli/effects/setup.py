@@ -1,0 +1,92 @@
+"""What an emulated device plays effects on: its board, its table, and the plate under fingers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from chladni.calibration.hidden import HiddenPlate
+from chladni.host.cli.common.hidden_plates import named_plate
+from chladni.host.cli.common.output import Place, progress_bar, say
+from chladni.host.cli.device.connection import Connection
+from chladni.host.emulation.felt_over_time import plates_over_frequency
+from chladni.sim.board.board import Board
+from chladni.sim.board.file import load_board
+from chladni.sim.fields.transfer import check_target
+from chladni.tables.format import read_table
+from chladni.tables.inspection.owner import board_for
+from chladni.tables.several_fingers.build_for import build_for
+from chladni.tables.table import Table
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What is played on.
+
+    Attributes
+    ----------
+    table, board
+        That the device knows.
+    plate
+        That fingers are on; None where it is the board's own.
+    hidden
+        What `plate` was asked for by.
+    file
+        The table's, if it has one.
+    """
+
+    table: Table
+    board: Board
+    plate: HiddenPlate | None
+    hidden: str | None
+    file: Path | None
+
+    def solved(self) -> dict[str, Any]:
+        """The plates over frequency, as `play_effect` takes them."""
+        below = None if self.plate is None else self.plate.board
+        with progress_bar("plate" if below is None else "plates") as progress:
+            own, hidden = plates_over_frequency(self.board, below, progress)
+        return {"solved": own, "hidden": self.plate, "hidden_solved": hidden}
+
+    @property
+    def title(self) -> str:
+        """Of an answer, and above a figure."""
+        told = [f"{self.board.name} {self.board.known_as}"]
+        told += [] if self.hidden is None else [f"hidden plate {self.hidden}"]
+        told += [] if self.file is None else [f"table {self.file.name}"]
+        return ", ".join(told)
+
+    def rows(self, *, as_json: bool) -> dict[str, Any]:
+        """The same in an answer: words for people, a name for programs."""
+        if as_json:
+            return {"board": self.board.name, "plate": self.hidden}
+        return {
+            "board": f"{self.board.name}, {self.board.known_as}",
+            "hidden plate": self.hidden,
+            "table": None if self.file is None else str(self.file),
+        }
+
+
+def setup_of(connection: Connection, places: Sequence[Place], hidden: str | None) -> Setup:
+    """The file's table, which must be the board's; else responses, made once all else is right."""
+    path = connection.emulated_table
+    table = None if path is None else read_table(path)
+    if table is None:
+        board = load_board(connection.board)
+    else:
+        board = board_for(table, connection.board, file=str(path))
+    for option, place in zip(("--at", "--other"), places, strict=False):
+        check_target(board, place, option)
+    plate = named_plate(board, hidden)
+    if table is None:
+        with progress_bar("table") as progress:
+            table, _, report = build_for(board, "fingers", progress=progress)
+        assert report is not None
+        pitch = " × ".join(f"{along:.2g}" for along in report.pitch_mm)
+        say(
+            f"without --table: plays responses at places {pitch} mm apart, made for {board.name} "
+            f"now; `chladni table build {connection.board} --for fingers -o T.chl` keeps them"
+        )
+    return Setup(table, board, plate, hidden, path)

@@ -1,0 +1,98 @@
+"""The pins of an emulated device that plays an effect, from power-on until it is over."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.effects.bank.layout import SIGNAL_HZ, UM_STEPS
+from chladni.host.emulation.emulator import Emulator, Recording, TouchEvent
+from chladni.host.protocol.link import SIGNAL_SAMPLES
+from chladni.sim.errors import ChladniError, ConflictError
+
+FloatArray = NDArray[np.float64]
+
+REST_MS = 60.0
+"""For which the other finger rests before: its report, and a switch's bias to settle."""
+PRESSED_MS = 12.0
+"""At most from a touch to the first duty: a panel's report, and drives of two fingers."""
+TURN_MS = 10.0
+"""Between two sendings of samples."""
+AFTER_S = 0.1
+NO_UM = "the device knows micrometres from responses: `chladni table build BOARD --for fingers`"
+
+
+def recorded_effect(
+    emulator: Emulator,
+    samples: FloatArray,
+    at_mm: tuple[float, float],
+    other_mm: tuple[float, float] | None,
+    levels: tuple[float, float | None] | None,
+    *,
+    other_plays: bool,
+    rests_s: float,
+) -> tuple[Recording, float, float]:
+    """The pins from power-on until the effect is over; when the finger touched, and was seen, s.
+
+    Parameters
+    ----------
+    samples
+        At `SIGNAL_HZ`, which begin with the touch at `at_mm`, or as soon as it has rested.
+    other_mm
+        Of another finger, which has rested there for `REST_MS`.
+    levels
+        At which samples are sent, and micrometres; without both the device has the effect itself.
+    other_plays
+        The other finger has a signal of its own, too, of which no samples are sent.
+    rests_s
+        For which the finger that plays rests first, once a switch's bias is up.
+
+    Raises
+    ------
+    ChladniError
+        The device did not play to the end.
+    """
+    slot = 0
+    if other_mm is not None:
+        if levels is not None and other_plays:
+            _set_signal(emulator, 0, *levels)
+        else:
+            emulator.core.set_voice(0, 0, 0)
+        emulator.touch(TouchEvent(1.0, other_mm, 7))
+        slot = 1
+    words: list[int] = []
+    if levels is not None:
+        words = [round(32767.0 * float(one)) for one in samples]
+        words = [0] * round(rests_s * SIGNAL_HZ) + words
+        _set_signal(emulator, slot, *levels)
+    sent = emulator.core.push_signal(slot, words[:SIGNAL_SAMPLES])
+    parts = [emulator.run(REST_MS)]
+    begins = parts[0].duty_steps.shape[0] / parts[0].carrier_hz
+    touched_ms = REST_MS + 0.1
+    emulator.touch(TouchEvent(touched_ms, at_mm, 0))
+    left_ms = PRESSED_MS + 1e3 * (rests_s + len(samples) / SIGNAL_HZ + AFTER_S)
+    while left_ms > 0.0:
+        parts.append(emulator.run(TURN_MS))
+        sent += emulator.core.push_signal(slot, words[sent : sent + SIGNAL_SAMPLES])
+        left_ms -= TURN_MS
+    if emulator.core.state != "playing":
+        raise ChladniError(
+            f"the emulated device is {emulator.core.state} after the effect",
+            hint="an effect may last as long as `max_on_s` of the board file",
+        )
+    first = parts[0]
+    steps = np.concatenate([part.duty_steps for part in parts])
+    seen, passed = [], len(first.duty_steps)
+    for part in parts[1:]:
+        seen += [(passed + one) / first.carrier_hz for one in part.panel_reports]
+        passed += len(part.duty_steps)
+    # The resting finger is reported meanwhile.
+    reported = min(at for at in seen if 1e3 * at >= touched_ms)
+    return Recording(steps, first.carrier_hz, first.pwm_bits), begins, reported
+
+
+def _set_signal(emulator: Emulator, slot: int, level: float, most_um: float | None) -> None:
+    emulator.core.set_signal_voice(slot, round(32767.0 * level))
+    if most_um is None or emulator.core.limit_signal(slot, round(UM_STEPS * most_um)):
+        return
+    raise ConflictError("level_um", "a table without responses", hint=NO_UM)
