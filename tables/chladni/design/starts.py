@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import zip_longest
+from itertools import product, zip_longest
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from chladni.design.layouts import (
     spread_out,
 )
 from chladni.design.spec import Spec
-from chladni.design.variables import Document
+from chladni.design.variables import Choice, Document
 from chladni.drives.scoring.survey import active_lattice
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Actuator
@@ -91,6 +92,28 @@ def spread_numbers(spec: Spec, seed: int) -> list[tuple[float, ...]]:
     rows = np.where(whole, np.round(rows), rows)
     # Of few choices many draws are the same board.
     return list(dict.fromkeys(tuple(map(float, row)) for row in rows))
+
+
+def boards_asked(spec: Spec) -> int:
+    """How many boards a search looks at if there is time: of lists alone no more than there are."""
+    most = spec.settings.evaluations
+    if spec.places_are_free or not all(isinstance(one, Choice) for one in spec.variables):
+        return most
+    return min(most, math.prod(round(one.most) + 1 for one in spec.variables))
+
+
+def every_point(spec: Spec, seed: int) -> list[Point]:
+    """All boards of a SPEC that leaves lists alone open, if a search may look at all of them.
+
+    In an order of chance: time may end the search, and the first ones of each list are alike.
+    """
+    if spec.places_are_free or not all(isinstance(one, Choice) for one in spec.variables):
+        return []
+    counts = [round(one.most) + 1 for one in spec.variables]
+    if math.prod(counts) > spec.settings.evaluations:
+        return []
+    found = [Point(None, tuple(map(float, own)), ()) for own in product(*map(range, counts))]
+    return [found[k] for k in np.random.default_rng(seed).permutation(len(found))]
 
 
 def check_boards(spec: Spec, seed: int) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 from chladni.design.evaluate import TOO_WEAK, least_um
 from chladni.design.front import Design, Entry
 from chladni.design.spec import FINGER_LEVEL, FINGER_TERMS, Spec
+from chladni.design.starts import boards_asked
 from chladni.host.cli.common.board_reports import of_waves
 from chladni.host.cli.common.verdicts import of_design
 from chladni.host.manufacture.board_parts import sheet_of
@@ -30,12 +31,12 @@ def about(found: Design, spec: str, asked: Spec) -> list[str]:
 
 def is_ended(found: Design, spec: Spec, minutes: float | None) -> bool:
     """Whether its time ended a search, so that the same command may go on."""
-    return minutes is not None and found.evaluations < spec.settings.evaluations
+    return minutes is not None and found.evaluations < boards_asked(spec)
 
 
 def extent(found: Design, spec: Spec, samples: int, minutes: float | None, kept: Path) -> str:
     """How far the search went, where its time ended it."""
-    asked, drawn = spec.settings.evaluations, found.draws
+    asked, drawn = boards_asked(spec), found.draws
     said = ""
     if is_ended(found, spec, minutes):
         said = f"Time was up after {found.evaluations} of {asked} boards: a longer search may gain."
