@@ -12,6 +12,7 @@ import numpy as np
 
 from chladni.design.evaluate import completed_board, document_of
 from chladni.design.exchange import Plain, best_layouts
+from chladni.design.keep_out import KeepOut, KeptFoot, kept_feet
 from chladni.design.layouts import (
     Candidate,
     Layout,
@@ -149,7 +150,8 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
     span = (reach[0] * MM, reach[1] * MM)
     step = max(LEAST_STEP, max(span) / STEPS)
     least = spec.settings.coil_spacing
-    offered = [one for one in candidates(mirrors, span, step, least) if _is_allowed(spec, one)]
+    areas = [*spec.keep_out, *kept_feet(document)]
+    offered = [one for one in candidates(mirrors, span, step, least) if _is_allowed(areas, one)]
     regular = [
         (kind, own)
         for kind, layouts in (
@@ -157,7 +159,7 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
             ("spread", spread_out(count, mirrors, board.plate.size, least)),
         )
         for own in layouts
-        if all(_is_allowed(spec, one) and _is_within(one, span) for one in own)
+        if all(_is_allowed(areas, one) and _is_within(one, span) for one in own)
     ]
     places = [
         place
@@ -211,8 +213,8 @@ def _is_within(one: Candidate, span: Place) -> bool:
     return all(abs(along) <= far + 1e-9 for along, far in zip(one.at, span, strict=True))
 
 
-def _is_allowed(spec: Spec, one: Candidate) -> bool:
-    return not any(area.depth(place) > 0.0 for area in spec.keep_out for place in one.images)
+def _is_allowed(areas: Sequence[KeepOut | KeptFoot], one: Candidate) -> bool:
+    return not any(area.depth(place) > 0.0 for area in areas for place in one.images)
 
 
 def _ranked(

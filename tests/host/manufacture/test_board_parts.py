@@ -92,8 +92,8 @@ def test_a_sheet_of_metal_is_earthed_under_a_panel(prototype: Board, *, metal: b
 
 def test_supports_of_no_known_height_are_listed_with_what_coils_need() -> None:
     """4 mm of magnet, 1 of gap and 1.5 of winding."""
-    feet = [Spring((0.0, along), 13e3, part=part) for along, part in ((0.018, ""), (-0.018, FOOT))]
-    board = replace(load_board("strip5"), foundation=None, springs=tuple(feet))
+    feet = [Spring((0.0, along), 13e3, part=part) for along, part in ((0.06, ""), (-0.06, FOOT))]
+    board = replace(load_board("phone5"), foundation=None, springs=tuple(feet))
     values = [part.value for part in mechanical_parts(board) if part.part == "foot"]
     needed = "; coils need 6.5 mm under the plate"
     assert values == ["rubber or a spring" + needed, "rubber-foot-6x6: ⌀6 × 6 mm, 40 Shore A"]
