@@ -105,7 +105,8 @@ def test_a_quincunx_is_among_the_layouts_that_a_search_begins_with() -> None:
 
 def test_coils_are_placed_clear_of_feet() -> None:
     """A foot of 6 mm and a winding of 10: 8 mm, where a magnet of 6 needs 6."""
-    feet = [{"at_mm": [x, y], "part": "rubber-foot-6x6"} for x in (-7, 7) for y in (-14, 14)]
+    at = [(x, y) for x in (-7.0, 7.0) for y in (-14.0, 14.0)]
+    feet = [{"at_mm": list(one), "part": "rubber-foot-6x6"} for one in at]
     winding = {"turns": 300, "wire_mm": 0.1, "inner_mm": 3.0, "outer_mm": 10.0, "height_mm": 1.5}
     document = small(
         design={"coils": 2},
@@ -118,10 +119,10 @@ def test_coils_are_placed_clear_of_feet() -> None:
     (numbers,) = spread_numbers(spec, 1)
     points = [point_of(row) for row in layouts_of(spec, (2, numbers))["layouts"]]
     apart = [
-        math.dist(coil["at_mm"], foot["at_mm"])
+        math.dist(coil["at_mm"], foot)
         for own in points
         for coil in document_at(spec, own)["actuators"]
-        for foot in feet
+        for foot in at
     ]
     assert min(apart) >= 8.0
     own = document_of(spec, numbers, [(0.0, 0.0), (7.0, 21.5)])

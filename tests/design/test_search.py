@@ -190,6 +190,8 @@ def test_what_finger_um_took_off_a_score_is_told(tmp_path: Path, chladni: Comman
     assert "The median for one finger is" in done.json["verdict"]
     first = f"This plate's first natural frequency is {first_natural_hz(load_board(out)):.3g} Hz: "
     assert first in done.json["verdict"]
+    assert "`[design] first_natural_hz = 250` asks for that" in done.json["verdict"]
+    assert done.json["foam"] == "0.0005 N/mm³"
 
 
 def test_a_score_as_drawn_has_no_tolerances_in_it() -> None:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from chladni.design.keep_out import kept_feet
+from chladni.design.keep_out import KeepOut, KeptFoot, kept_feet
 from chladni.design.layouts import Place, closest
 from chladni.design.pins import of_its_driver
 from chladni.design.spec import BUILT_TERMS, FINGER_LEVEL, FINGER_TERMS, Spec
@@ -242,7 +242,9 @@ def beyond(spec: Spec, document: Document, board: Board | None = None) -> dict[s
         apart = closest(places)
         if apart < own.coil_spacing - 1e-9:
             over["coil_spacing_mm"] = 1.0 - apart / own.coil_spacing
-        for name, areas in (("keep_out", spec.keep_out), ("feet", kept_feet(document))):
+        kept: dict[str, Sequence[KeepOut | KeptFoot]]
+        kept = {"keep_out": spec.keep_out, "feet": kept_feet(document)}
+        for name, areas in kept.items():
             inside = [one.depth(place) for one, place in itertools.product(areas, places)]
             if max(inside, default=0.0) > 1e-9:
                 over[name] = max(inside) / own.coil_spacing

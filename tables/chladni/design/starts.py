@@ -150,7 +150,7 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
     span = (reach[0] * MM, reach[1] * MM)
     step = max(LEAST_STEP, max(span) / STEPS)
     least = spec.settings.coil_spacing
-    areas = [*spec.keep_out, *kept_feet(document)]
+    areas: list[KeepOut | KeptFoot] = [*spec.keep_out, *kept_feet(document)]
     offered = [one for one in candidates(mirrors, span, step, least) if _is_allowed(areas, one)]
     regular = [
         (kind, own)

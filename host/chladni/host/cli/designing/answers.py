@@ -10,9 +10,10 @@ from chladni.design.evaluate import TOO_WEAK, least_um
 from chladni.design.front import Design, Entry
 from chladni.design.spec import FINGER_LEVEL, FINGER_TERMS, Spec
 from chladni.design.starts import boards_asked
+from chladni.effects.low_pass import EDGE_HZ
 from chladni.host.cli.common.board_reports import of_waves
 from chladni.host.cli.common.verdicts import of_design
-from chladni.host.manufacture.board_parts import sheet_of
+from chladni.host.manufacture.board_parts import foam_of, sheet_of
 
 
 def about(found: Design, spec: str, asked: Spec) -> list[str]:
@@ -110,13 +111,15 @@ def result(
             if name in spec.weights
         },
     )
-    waves = of_waves(found.board) if found.board.fingers is not None else ""
+    board = found.board
+    waves = of_waves(board) if board.fingers is not None else ""
+    foam = foam_of(board.foundation) if board.foundation else ""
     remarks = (
         verdict,
         extent,
         median(found),
         lacking(found, spec),
-        waves and f"T{waves[1:]}.",
+        waves and f"T{waves[1:]}, and `[design] first_natural_hz = {EDGE_HZ:g}` asks for that.",
     )
     return {
         "verdict": " ".join(one for one in remarks if one),
@@ -126,10 +129,11 @@ def result(
         "evaluations": found.evaluations,
         "seconds": found.seconds,
         "seed": found.seed,
-        "sheet": sheet_of(found.board.plate),
+        "sheet": sheet_of(board.plate),
+        **({"foam": foam} if foam else {}),
         "actuators": [
             {"name": one.name, "at_mm": [round(1e3 * along, 6) for along in one.at]}
-            for one in found.board.actuators
+            for one in board.actuators
         ],
         "front": entries,
     }
