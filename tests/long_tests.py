@@ -85,6 +85,7 @@ LONG = (
     "drives/test_sensitivity.py::test_a_board_for_fingers_is_rated_by_what_two_of_them_get",
     "drives/test_sensitivity.py::test_foam_that_carries_a_board_decides_its_level",
     "drives/test_sensitivity.py::test_forces_change_no_more_than_their_own_share",
+    "drives/test_sensitivity.py::test_isolation_lost_is_of_the_worst_tenth_as_fingers_has_it",
     "drives/test_sensitivity.py::test_the_command_sorts_and_draws",
     "drives/test_traces.py::test_any_change_of_a_traces_bytes_gives_the_same_chain_or_words",
     "drives/test_workers.py::test_what_a_killed_worker_had_is_done_again",

@@ -289,7 +289,9 @@ def of_tolerances(influences: Sequence[Influence], name: str | None) -> str:
         f"by up to {first.level_db:.1f} dB"
     )
     if lost(first) > 0.0:
-        what = "other fingers' silence" if first.isolation_db is None else "two fingers' isolation"
+        what = "other fingers' silence"
+        if first.isolation_db is not None:
+            what = "two fingers' isolation at the worst tenth"
         own += f" and takes up to {lost(first):.1f} dB from {what}"
     told = name is not None and any(word in first.name for word in TOLD_BY_COILS)
     return f"{own}." + (f" `chladni calibrate --board {name}` finds it." if told else "")
