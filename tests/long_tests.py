@@ -178,6 +178,7 @@ LONG = (
     "host/test_bank_commands.py::test_a_boards_own_level_is_taken_out_where_it_is_asked_for",
     "host/test_ports.py::test_the_emulated_wire_follows_its_configuration",
     "host/test_verdicts.py::test_people_read_it_first_and_programs_by_its_key",
+    "host/test_verdicts.py::test_a_board_for_several_is_scored_by_two_fingers_within_tolerances",
     "sim/test_pressed.py::test_fingers_far_apart_press_as_each_alone",
     "calibration/test_laboratory.py::test_what_is_wrong_is_told_from_the_data[x-x mirrored]",
     "calibration/test_laboratory.py::test_what_is_wrong_is_told_from_the_data[y-y mirrored]",
