@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from chladni.design.evaluate import Evaluation
+from chladni.design.evaluate import Evaluation, judged
 from chladni.design.front import Design, Entry
 from chladni.design.last_boards import boards_in, boards_more, compared, draws_in, expected_s
+from chladni.design.search import design
 from chladni.design.spec import spec_of
 from chladni.drives.methods import SEED
 from chladni.drives.workers import Workers
@@ -57,3 +59,42 @@ def test_a_search_looks_at_what_its_time_has_room_for() -> None:
     assert boards_in(10.0, [3.0, 3.0, 4.0], 2) == 6
     assert boards_in(-1.0, [3.0], 2) == 0
     assert boards_in(float("inf"), [3.0], 2) is None
+
+
+@pytest.mark.parametrize("is_range", [False, True])
+def test_time_ends_the_first_boards_of_given_places_and_the_pace_is_told(
+    monkeypatch: pytest.MonkeyPatch, is_range: bool
+) -> None:
+    """Each board takes 60 s of a clock that jumps when it is read: four minutes have room for two.
+
+    Of lists alone, which are all looked at, and of a range, of which the first few begin a search.
+    """
+    values = {"from": 0.01, "to": 0.06} if is_range else {"any": [0.01, 0.02, 0.03, 0.04]}
+    document = small(
+        foundation={"stiffness_n_per_mm3": values},
+        actuators=[{"name": "a", "at_mm": [0.0, -9.0]}, {"name": "b", "at_mm": [0.0, 9.0]}],
+        design={"coils": None, "evaluations": 60},
+        electronics={"pwm_pins": []},
+    )
+    now, told, steps = [0.0], list[tuple[int, float]](), list[tuple[int, int]]()
+
+    def one_minute_more(*own: Any) -> dict[str, Any]:
+        now[0] += 60.0
+        return judged(*own) | {"seconds": 60.0}
+
+    monkeypatch.setattr("time.perf_counter", lambda: now[0])
+    monkeypatch.setattr("chladni.design.search.judged", one_minute_more)
+    spec = spec_of(document)
+    found = design(
+        spec,
+        jobs=1,
+        samples=1,
+        minutes=4.0,
+        progress=lambda *step: steps.append(step),
+        on_pace=lambda *own: told.append(own),
+    )
+    assert found.evaluations == 2  # two fifths of the time are the end's
+    assert told == [(2, 60.0)]
+    assert steps[0] == (1, 2 + 1)  # and the end is as long as one more
+    most = 60 if is_range else 4
+    assert f"after 2 of {most} boards" in extent(found, spec, 1, 4.0, Path("kept"))

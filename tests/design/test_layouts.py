@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from chladni.design.evaluate import completed_board, document_of
+from chladni.design.evaluate import beyond, completed_board, document_of
 from chladni.design.exchange import Plain, best_layouts
 from chladni.design.layouts import (
     Layout,
@@ -20,7 +21,7 @@ from chladni.design.layouts import (
     spread_out,
 )
 from chladni.design.spec import spec_of
-from chladni.design.starts import chosen, document_at, layouts_of, spread_numbers
+from chladni.design.starts import chosen, document_at, layouts_of, point_of, spread_numbers
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Image, Mass
 from chladni.sim.fields.transfer import transfer_fields
@@ -100,6 +101,32 @@ def test_a_quincunx_is_among_the_layouts_that_a_search_begins_with() -> None:
     points = chosen(layouts_of(spec, (5, numbers))["layouts"])
     at = [{tuple(one["at_mm"]) for one in document_at(spec, own)["actuators"]} for own in points]
     assert {(0.0, 0.0), *((x, y) for x in (-25.0, 25.0) for y in (-46.6667, 46.6667))} in at
+
+
+def test_coils_are_placed_clear_of_feet() -> None:
+    """A foot of 6 mm and a winding of 10: 8 mm, where a magnet of 6 needs 6."""
+    at = [(x, y) for x in (-7.0, 7.0) for y in (-14.0, 14.0)]
+    feet = [{"at_mm": list(one), "part": "rubber-foot-6x6"} for one in at]
+    winding = {"turns": 300, "wire_mm": 0.1, "inner_mm": 3.0, "outer_mm": 10.0, "height_mm": 1.5}
+    document = small(
+        design={"coils": 2},
+        plate={"size_mm": [30.0, 50.0]},
+        springs=feet,
+        magnet={"radius_mm": 3.0, "height_mm": 4.0, "remanence_t": 1.28},
+        winding=winding | {"gap_mm": 1.0},
+    )
+    spec = spec_of(document)
+    (numbers,) = spread_numbers(spec, 1)
+    points = [point_of(row) for row in layouts_of(spec, (2, numbers))["layouts"]]
+    apart = [
+        math.dist(coil["at_mm"], foot)
+        for own in points
+        for coil in document_at(spec, own)["actuators"]
+        for foot in at
+    ]
+    assert min(apart) >= 8.0
+    own = document_of(spec, numbers, [(0.0, 0.0), (7.0, 21.5)])
+    assert list(beyond(spec, own)) == ["feet"]  # 7.5 mm: such a draw of the search is not taken
 
 
 def test_candidates_keep_their_images_apart() -> None:

@@ -30,6 +30,7 @@ from chladni.drives.methods import SEED
 from chladni.drives.scoring.board_score import score_board
 from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
 from chladni.host.cli.designing.answers import extent
+from chladni.host.cli.designing.design import written_on_board
 from chladni.sim.board.file import load_board
 from chladni.sim.fields.board_plate import first_natural_hz
 from conftest import CommandLine, made_once
@@ -84,7 +85,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Design, list[float]
     return made_once(tmp_path_factory, "design", make)
 
 
-def test_a_search_beats_its_starts(whole: tuple[Design, list[float]]) -> None:
+def test_a_search_beats_its_starts(whole: tuple[Design, list[float]], tmp_path: Path) -> None:
     found, better = whole
     assert len(better) > 1
     assert better == sorted(better)
@@ -94,6 +95,9 @@ def test_a_search_beats_its_starts(whole: tuple[Design, list[float]]) -> None:
     wanted = score.perturbed.second_finger_20mm_db
     assert wanted is not None
     assert found.best.evaluation.robust_score == pytest.approx(wanted.p10, abs=0.05)
+    # Time may leave the last few less than was asked for.
+    written_on_board(tmp_path / "so-far.toml", 1, 32)(found.best, True)
+    assert "the last few get up to 32." in (tmp_path / "so-far.toml").read_text(encoding="utf-8")
 
 
 def test_two_processes_find_the_same(whole: tuple[Design, list[float]]) -> None:
@@ -186,6 +190,8 @@ def test_what_finger_um_took_off_a_score_is_told(tmp_path: Path, chladni: Comman
     assert "The median for one finger is" in done.json["verdict"]
     first = f"This plate's first natural frequency is {first_natural_hz(load_board(out)):.3g} Hz: "
     assert first in done.json["verdict"]
+    assert "`[design] first_natural_hz = 250` asks for that" in done.json["verdict"]
+    assert done.json["foam"] == "0.0005 N/mm³"
 
 
 def test_a_score_as_drawn_has_no_tolerances_in_it() -> None:

@@ -61,6 +61,16 @@ def test_feet_with_the_same_list_of_parts_are_one_choice() -> None:
     assert [one["part"] for one in document["springs"]] == [kinds[1], other[1], kinds[1]]
 
 
+def test_each_number_of_a_foots_place_is_a_choice_of_its_own() -> None:
+    """Two feet that face each other may come to lie otherwise (docs/own-board.md)."""
+    feet = [
+        {"at_mm": [x, {"from": 4.0, "to": 12.0}], "part": "silicone-foot-8x3"} for x in (-4.5, 4.5)
+    ]
+    spec = spec_of(small(springs=feet))
+    document = document_of(spec, [0.0, 1.0], None)
+    assert [one["at_mm"] for one in document["springs"]] == [[-4.5, 4.0], [4.5, 12.0]]
+
+
 def test_a_board_that_cannot_be_is_named_before_any_layout(
     tmp_path: Path, chladni: CommandLine
 ) -> None:

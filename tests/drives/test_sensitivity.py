@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from chladni.drives.scoring.sensitivity import MODULUS, THICKNESS, sensitivity
+from chladni.drives.scoring.sensitivity import MODULUS, PLACES, THICKNESS, sensitivity
+from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
+from chladni.drives.scoring.several_fingers.fingers_sensitivity import fingers_sensitivity
 from chladni.drives.scoring.tolerances import FORCE
 from chladni.sim.board.board import Board
-from chladni.sim.board.file import shipped_boards
+from chladni.sim.board.file import load_board, shipped_boards
 from chladni.sim.board.foundation import Foundation
 from chladni.sim.board.parts import Image, Spring
 from conftest import CommandLine
@@ -107,4 +110,19 @@ def test_a_board_for_fingers_is_rated_by_what_two_of_them_get(
     assert lost[0] < -1.0
     (forces,) = [row for row in rows if row["name"] == "coils' forces"]
     assert 0.0 < forces["level_db"] < 4.0 * 20.0 * np.log10(1.0 + FORCE)
-    assert "from two fingers' isolation" in answer.json["verdict"]
+    assert "from two fingers' isolation at the worst tenth" in answer.json["verdict"]
+
+
+def test_isolation_lost_is_of_the_worst_tenth_as_fingers_has_it() -> None:
+    """The same pairs on a plate a tenth thicker or thinner: `kept_apart` of its rows by itself."""
+    board = dataclasses.replace(load_board("strip5"), image=Image((8, 31)))
+    (found,) = [one for one in fingers_sensitivity(board) if one.name == "thickness"]
+    (plain,) = score_fingers(board, [2], sets=PLACES, samples=0).counts
+    known = cycle(plain.drives)  # the same for each end
+    ends = []
+    for factor in (1.0 - THICKNESS, 1.0 + THICKNESS):
+        plate = dataclasses.replace(board.plate, thickness=factor * board.plate.thickness)
+        off = dataclasses.replace(board, plate=plate)
+        (own,) = score_fingers(off, [2], sets=PLACES, samples=0, solve=lambda _: next(known)).counts
+        ends.append(own.isolation_db.p10)
+    assert found.isolation_db == pytest.approx(min(ends) - plain.isolation_db.p10, abs=0.3)

@@ -107,7 +107,7 @@ def test_what_would_help_was_tried(spacing: float | None, tried: float | None, w
             room_for=89 if spacing == 90.0 else 12,
             perturbed=None,
         )
-        two: Any = SimpleNamespace(isolation_db=spread(31.0, 12.0))
+        two: Any = SimpleNamespace(isolation_db=spread(31.0, 12.0), perturbed=None)
         remedies = [] if tried is None else [Remedy("softer foam", tried), Remedy("none", -9.0)]
         return of_board(score, two, frequency_hz=160.0, for_fingers=for_fingers, tried=remedies)
 
@@ -122,7 +122,7 @@ def test_what_would_help_was_tried(spacing: float | None, tried: float | None, w
 
 def test_what_stiffer_foam_leaves_is_told_with_what_fingers_get(strip: Board) -> None:
     """By the drives of the board as drawn; a board on no foam has none of it."""
-    (two,) = score_fingers(strip, (2,), sets=4, samples=0).counts
+    (two,) = score_fingers(strip, (2,), sets=4, samples=2).counts
     foam = on_stiffer_foam(strip, two)
     assert foam is not None
     known, stiff = iter(two.drives), with_foam(strip, 2.0)
@@ -130,6 +130,9 @@ def test_what_stiffer_foam_leaves_is_told_with_what_fingers_get(strip: Board) ->
     assert foam.isolation_db.median == pytest.approx(same.isolation_db.median, abs=0.1)
     score: Any = SimpleNamespace(**vars(statistics(9.0, 9.0)), perturbed=None)
     told = of_board(score, two, frequency_hz=160.0, foam_twice=foam)
+    assert two.perturbed is not None
+    off = two.perturbed.isolation_db
+    assert f", as drawn, {off.median:.0f} / {off.p10:.0f} dB within tolerances. Foam is" in told
     kept, each = foam.isolation_db, foam.finger_um
     assert each is not None
     assert f"leaves {kept.median:.0f} and {kept.p10:.0f} dB, and {each.median:.2g} µm each" in told
@@ -272,6 +275,26 @@ def test_a_board_for_several_shows_no_focus_unless_it_is_asked_for(
     for done, is_shown in ((plain, False), (asked, True)):
         assert "two fingers" in done.out
         assert ("fingers 20 mm away" in " ".join(done.out.split())) == is_shown
+
+
+def test_a_board_for_several_is_scored_by_two_fingers_within_tolerances(
+    chladni: CommandLine, strip: Board, tmp_path: Path
+) -> None:
+    """As `chladni fingers` scores them; one finger's boards are drawn for programs alone."""
+    path = tmp_path / "several.toml"
+    path.write_bytes(board_file(replace(strip, focus=None, fingers=SeveralFingers())))
+    coarse = ("board", "score", path, "--pitch", "40", "--samples", "2")
+    told = chladni(*coarse, "--json").json
+    wanted = chladni("fingers", path, "--fingers", "2", "--samples", "2", "--json").json
+    two = told["two_fingers"]["perturbed"]
+    assert two == wanted["counts"][0]["perturbed"]
+    assert told["perturbed"]["samples"] == 2
+    kept = two["isolation_db"]
+    words = f"as drawn, {kept['median']:.0f} / {kept['p10']:.0f} dB within tolerances."
+    assert words in told["verdict"]
+    people = chladni(*coarse)
+    assert words in " ".join(people.out.split())
+    assert "boards within tolerances" in people.out
 
 
 def test_what_rounding_leaves_of_nothing_is_nothing(capsys: pytest.CaptureFixture[str]) -> None:

@@ -215,6 +215,24 @@ def test_a_foot_stands_clear_of_magnets(prototype: Board, apart_mm: float, messa
         board_from_document(document(prototype, springs=feet))
 
 
+def test_a_foot_stands_clear_of_windings(prototype: Board) -> None:
+    """They stand on the ground that it reaches, and are wider than magnets."""
+    (centre,) = (own for own in prototype.actuators if own.name == "centre")
+    own = document(prototype)
+    own |= {"magnet": {**own["magnet"], "radius_mm": 3.0, "height_mm": 4.0}}
+    own |= {"winding": {"turns": 300, "wire_mm": 0.1, "inner_mm": 3.0, "outer_mm": 12.0}}
+    own["winding"] |= {"height_mm": 1.5, "gap_mm": 1.0}
+    own.pop("coil", None)
+    for apart_mm in (10.9, 11.1):
+        at = [centre.at[0] * 1e3 + apart_mm, centre.at[1] * 1e3]
+        own["springs"] = [{"at_mm": at, "part": "rubber-foot-10x5"}]
+        if apart_mm > 11.0:
+            assert board_from_document(own).springs
+            continue
+        with pytest.raises(InputError, match=r"clear of the winding of 'centre', .* and need 11"):
+            board_from_document(own)
+
+
 def test_feet_stand_clear_of_each_other(prototype: Board) -> None:
     feet = [{"at_mm": [x, 20.0], "part": "rubber-foot-10x5"} for x in (-15.0, -5.1)]
     with pytest.raises(InputError, match=r"springs\[1\].at_mm: .*clear of springs\[0\]"):

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from chladni.design.keep_out import KeepOut, KeptFoot, kept_feet
 from chladni.design.layouts import Place, closest
 from chladni.design.pins import of_its_driver
 from chladni.design.spec import BUILT_TERMS, FINGER_LEVEL, FINGER_TERMS, Spec
@@ -241,9 +242,12 @@ def beyond(spec: Spec, document: Document, board: Board | None = None) -> dict[s
         apart = closest(places)
         if apart < own.coil_spacing - 1e-9:
             over["coil_spacing_mm"] = 1.0 - apart / own.coil_spacing
-        inside = [one.depth(place) for one, place in itertools.product(spec.keep_out, places)]
-        if max(inside, default=0.0) > 1e-9:
-            over["keep_out"] = max(inside) / own.coil_spacing
+        kept: dict[str, Sequence[KeepOut | KeptFoot]]
+        kept = {"keep_out": spec.keep_out, "feet": kept_feet(document)}
+        for name, areas in kept.items():
+            inside = [one.depth(place) for one, place in itertools.product(areas, places)]
+            if max(inside, default=0.0) > 1e-9:
+                over[name] = max(inside) / own.coil_spacing
     if board is not None and own.mass_g is not None and mass_g(board) > own.mass_g:
         over["mass_g"] = mass_g(board) / own.mass_g - 1.0
     if board is not None and own.first_natural_hz is not None:

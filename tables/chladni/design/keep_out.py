@@ -1,10 +1,13 @@
-"""Rectangles of a plate that a design's coils are kept out of."""
+"""What a design's coils are kept out of: rectangles of a plate, and its feet."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
+from chladni.sim.board.catalogue import FEET
 from chladni.sim.board.quantity import MM, in_mm, quantity
 from chladni.sim.errors import InputError
 
@@ -23,6 +26,33 @@ class KeepOut:
             for along, middle, side in zip(place, self.at, self.size, strict=True)
         ]
         return max(min(own), 0.0)
+
+
+@dataclass(frozen=True)
+class KeptFoot:
+    """A foot of a known size, and how far from its middle a coil's has to be, m."""
+
+    at: tuple[float, float]
+    apart: float
+
+    def depth(self, place: tuple[float, float]) -> float:
+        """How far a place lies within, m; 0 outside."""
+        far = math.hypot(place[0] - self.at[0], place[1] - self.at[1])
+        return max(self.apart - far, 0.0)
+
+
+def kept_feet(document: dict[str, Any]) -> list[KeptFoot]:
+    """Of a board's document: a foot's radius and that of a magnet or winding, the wider one."""
+    winding, magnet = document.get("winding", {}), document.get("magnet", {})
+    coil_mm = max(winding.get("outer_mm", 0.0) / 2.0, magnet.get("radius_mm", 0.0))
+    return [
+        KeptFoot(
+            (MM * own["at_mm"][0], MM * own["at_mm"][1]),
+            MM * (FEET[own["part"]].outer / 2.0 + coil_mm),
+        )
+        for own in document.get("springs", [])
+        if coil_mm and own.get("part") in FEET
+    ]
 
 
 def check_keep_outs(areas: Sequence[KeepOut], sides: Sequence[float]) -> None:

@@ -14,7 +14,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, replace
 from functools import partial
-from itertools import product, takewhile
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -22,31 +22,24 @@ import numpy as np
 
 from chladni.design.evaluate import Evaluation, judged
 from chladni.design.front import Design, Entry, front_of
-from chladni.design.last_boards import (
-    USUAL,
-    OnLast,
-    OnPace,
-    boards_in,
-    boards_more,
-    compared,
-    draws_in,
-    expected_s,
-    last_boards,
-)
+from chladni.design.last_boards import OnLast, OnPace, compared, last_boards
+from chladni.design.pace import Pace
 from chladni.design.remembered import name_of, remembered
 from chladni.design.spec import Spec
 from chladni.design.starts import (
     KEPT,
     Point,
+    boards_asked,
     check_boards,
     chosen,
     document_at,
+    every_point,
     layouts_of,
     spread_numbers,
 )
 from chladni.design.strategy import DRAWN, fitting, strategy
-from chladni.design.variables import Choice, Document
-from chladni.drives.checkpoint import Checkpoint, Result, digest
+from chladni.design.variables import Document
+from chladni.drives.checkpoint import Checkpoint, digest
 from chladni.drives.methods import SEED, Progress
 from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.workers import Workers
@@ -54,8 +47,6 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ArgumentError, InputError
 
 STARTS = 2
-AT_THE_END = 0.4
-"""Share of a search's time that is kept back to compare the last few, at most."""
 AT_THE_START = 0.25
 """Share of it after which no more layouts are looked for."""
 USED = "starts"
@@ -96,11 +87,11 @@ def design(
         and the first layout are scored anyway. 0 ends a search with all random boards.
     progress
         Called with (done, all) after each layout and board; the last few count for `boards_more`,
-        and `all` is less at the end of a search that ended early. What it raises ends the search.
+        and `all` is less where there is no time for more. What it raises ends the search.
     on_board
         Called with each board that keeps the limits, and whether it is better than all before it.
     on_pace
-        Called once the first layouts are scored: the boards that it comes to, seconds for each.
+        Called once it is known what boards take: how many it comes to, and seconds for each.
     on_last
         Called before the last few are compared: their number, random boards of each, and seconds.
     on_other
@@ -120,12 +111,13 @@ def design(
     with Workers(jobs, scheduler) as workers, Checkpoint(partial_file, key) as kept:
         if on_other and kept.has_other_work:
             on_other()
-        run = _Run(spec, seed, samples, workers, kept, progress, on_board, on_pace)
-        run.search(started, ends)
+        pace = Pace(spec, samples, workers.jobs, boards_asked(spec), started, ends)
+        run = _Run(spec, seed, pace, workers, kept, progress, on_board, on_pace)
+        run.search()
         found = last_boards(run.allowed())
-        draws = run.draws_until(ends, len(found)) if minutes else samples
+        draws = pace.draws(len(found)) if minutes else samples
         if on_last:
-            on_last(len(found), draws, run.seconds_to_compare(len(found), draws))
+            on_last(len(found), draws, pace.seconds_to_compare(len(found), draws))
         before = min(run.looked_at, spec.settings.evaluations)
         until = ends if minutes else np.inf
         finished = compared(spec, seed, draws, workers, found, before, until, progress)
@@ -142,7 +134,7 @@ class _Run:
         self,
         spec: Spec,
         seed: int,
-        samples: int,
+        pace: Pace,
         workers: Workers,
         kept: Checkpoint,
         progress: Progress | None,
@@ -150,53 +142,45 @@ class _Run:
         on_pace: OnPace | None,
     ) -> None:
         self._spec, self._seed, self._workers, self._kept = spec, seed, workers, kept
-        self._samples, self._progress, self._on_board = samples, progress, on_board
-        self._on_pace, self._most = on_pace, spec.settings.evaluations
+        self._pace, self._progress, self._on_board = pace, progress, on_board
+        self._on_pace = on_pace
         self._seen: dict[str, tuple[Document, Evaluation]] = {}
-        self._seconds: list[float] = []
         self._best = -np.inf
-        self._started, self._ends = 0.0, np.inf  # readings of the clock, s
 
     @property
     def looked_at(self) -> int:
         """Boards so far."""
         return len(self._seen)
 
-    def search(self, started: float, ends: float) -> None:
-        """Look at as many boards as the SPEC and the time allow; the two are clock readings, s."""
-        spec, self._started, self._ends = self._spec, started, ends
-        if not spec.places_are_free and all(isinstance(one, Choice) for one in spec.variables):
-            count = int(np.prod([one.most + 1.0 for one in spec.variables]))
-            if count <= spec.settings.evaluations:
-                whole = product(*(range(int(one.most) + 1) for one in spec.variables))
-                self._look([Point(None, tuple(map(float, one)), ()) for one in whole])
-                return
+    def search(self) -> None:
+        """Look at as many boards as the SPEC and the time allow."""
+        if every := every_point(self._spec, self._seed):
+            self._look(every, self._is_over)
+            self._tell_pace()
+            return
         starts = self._starts()
         self._tell_pace()
-        share = spec.settings.evaluations / len(starts)
+        share = self._spec.settings.evaluations / len(starts)
         for number, own in enumerate(starts, 1):
             last = round(number * share)
             for turn, start in enumerate(own):
                 left = last - self.looked_at
                 part = (number - 1 + (turn + 1) / len(own)) / len(starts)
-                until = started + part * (ends - self._kept_back() - started)
+                until = self._pace.started + part * (self._pace.first_end - self._pace.started)
                 self._climb(start, left // (len(own) - turn), turn, until)
 
-    def _kept_back(self) -> float:
-        """Seconds for the end, by what a board takes now."""
-        return min(self.seconds_to_compare(USUAL), AT_THE_END * (self._ends - self._started))
+    def _is_over(self) -> bool:
+        """Whether there is a board, and no time for another one before the end."""
+        return self._best > -np.inf and self._pace.room(self._pace.first_end) == 0
 
-    def _room(self, until: float) -> int | None:
-        return boards_in(until - time.perf_counter(), self._seconds, self._workers.jobs)
+    def _before(self) -> int:
+        return max(self.looked_at, self._kept.count("board "))
 
     def _tell_pace(self) -> None:
-        """How many boards it comes to; progress is of so many from now on."""
-        asked, room = self._spec.settings.evaluations, self._room(self._ends - self._kept_back())
-        if room is not None:
-            self._most = min(self._kept.count("board ") + room, asked)
-        if self._on_pace and self._seconds:
-            seconds = float(np.median(self._seconds)) / self._workers.jobs
-            self._on_pace(self._most, seconds)
+        """Once, how many boards it comes to."""
+        if self._on_pace and self._pace.seconds:
+            self._on_pace(self._pace.boards(self._before()), self._pace.seconds)
+            self._on_pace = None
 
     def allowed(self) -> list[Entry]:
         """Boards that break no limit."""
@@ -204,16 +188,6 @@ class _Run:
         if not entries:
             raise self._nothing()
         return entries
-
-    def seconds_to_compare(self, count: int, draws: int | None = None) -> float:
-        """How long so many last boards may take, by what boards took so far."""
-        samples = self._samples if draws is None else draws
-        return expected_s(self._spec, samples, count, self._seconds, self._workers.jobs)
-
-    def draws_until(self, ends: float, count: int) -> int:
-        """Random boards of each of so many last boards, until a reading of the clock."""
-        own = (self._spec, self._samples, count, self._seconds, self._workers.jobs)
-        return draws_in(ends - time.perf_counter(), *own)
 
     def _nothing(self) -> InputError:
         nearest = max((one for _, one in self._seen.values()), key=lambda one: one.robust_score)
@@ -255,23 +229,30 @@ class _Run:
         """
         used = self._kept.get(USED)
         tasks = tasks[: used["rows"]] if used else tasks
-        until = self._started + AT_THE_START * (self._ends - self._started)
-        rows: list[dict[str, Any]] = []
+        pace, rows = self._pace, list[dict[str, Any]]()
+        until = pace.started + AT_THE_START * (pace.ends - pace.started)
+
+        def is_late() -> bool:
+            return time.perf_counter() >= until and self._best > -np.inf
+
         for own in (tasks[:1], tasks[1:]):
-            found = self._remembered("layouts", own, partial(layouts_of, self._spec), until)
+            work = partial(layouts_of, self._spec)
+            found: Iterator[Any] = remembered(
+                self._kept, self._workers, "layouts", own, work, is_late
+            )
             for row in takewhile(lambda one: one is not None, found):
                 rows.append(row)
                 self._tell_progress()
             if len(rows) == 1:
                 self._look(chosen(rows[0]["layouts"])[:1])
-        if len(rows) < len(tasks) and time.perf_counter() < self._ends:
+        if len(rows) < len(tasks) and time.perf_counter() < pace.ends:
             # With more of them later the search would leave the path that it begins now.
             self._kept.put(USED, {"rows": len(rows)})
         return rows
 
     def _ranked(self, points: Sequence[Point]) -> list[Point]:
         """Those that there is time to look at, the best first."""
-        scores = self._look(points, self._ends - self._kept_back())
+        scores = self._look(points, self._is_over)
         ranked = np.argsort([-one for one in scores], kind="stable")
         return [points[k] for k in ranked if scores[k] > UNSEEN]
 
@@ -284,7 +265,7 @@ class _Run:
         while self.looked_at < last and not own.stop():
             asked = fitting(self._spec, own.ask(DRAWN * own.popsize), start, own.popsize)
             points = [start.at(x) for x in asked]
-            room = self._room(until)
+            room = self._pace.room(until)
             if room is not None and room < len(points):
                 free = self._of_checkpoint(points)
                 inside = [*free, *[one for one in points if one not in free][:room]]
@@ -296,19 +277,22 @@ class _Run:
                 warnings.filterwarnings("ignore", r"\s*tell: \d+ solution")
                 own.tell(asked, scores)
 
-    def _look(self, points: Sequence[Point], until: float = np.inf) -> list[float]:
+    def _look(
+        self, points: Sequence[Point], is_late: Callable[[], bool] = lambda: False
+    ) -> list[float]:
         """Scores of boards, those that were seen before without looking again."""
         documents = [document_at(self._spec, point) for point in points]
         names = [digest(document) for document in documents]
         new = {n: d for n, d in zip(names, documents, strict=True) if n not in self._seen}
         work = partial(judged, self._spec, self._seed)
-        rows = self._remembered("board", list(new.items()), work, until)
+        tasks = list(new.items())
+        rows = remembered(self._kept, self._workers, "board", tasks, work, is_late)
         for (name, document), row in zip(new.items(), rows, strict=True):
             if row is None:
                 continue
             found = Evaluation(**row["evaluation"])
             if found.broken is None:
-                self._seconds.append(row["seconds"])
+                self._pace.add(row["seconds"])
             self._seen[name] = (document, found)
             self._tell(Entry(document, found))
         seen = [self._seen.get(name) for name in names]
@@ -332,18 +316,10 @@ class _Run:
         if self._on_board and entry.evaluation.broken is None:
             self._on_board(entry, is_best)
         self._tell_progress()
+        if self._pace.is_known:
+            self._tell_pace()
 
     def _tell_progress(self) -> None:
         if self._progress:
-            most = self._most
-            self._progress(min(self.looked_at, most), most + boards_more(self._spec, self._samples))
-
-    def _remembered(
-        self, what: str, tasks: Sequence[Any], work: Callable[[Any], Result], until: float
-    ) -> Iterator[Any]:
-        """As `remembered`, until a reading of the clock, and on from there to the first board."""
-
-        def is_late() -> bool:
-            return time.perf_counter() >= until and self._best > -np.inf
-
-        return remembered(self._kept, self._workers, what, tasks, work, is_late)
+            boards, more = self._pace.told(self._before())
+            self._progress(min(self.looked_at, boards), boards + more)

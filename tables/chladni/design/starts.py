@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import zip_longest
+from itertools import product, zip_longest
 from typing import Any
 
 import numpy as np
 
 from chladni.design.evaluate import completed_board, document_of
 from chladni.design.exchange import Plain, best_layouts
+from chladni.design.keep_out import KeepOut, KeptFoot, kept_feet
 from chladni.design.layouts import (
     Candidate,
     Layout,
@@ -21,7 +23,7 @@ from chladni.design.layouts import (
     spread_out,
 )
 from chladni.design.spec import Spec
-from chladni.design.variables import Document
+from chladni.design.variables import Choice, Document
 from chladni.drives.scoring.survey import active_lattice
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Actuator
@@ -93,6 +95,28 @@ def spread_numbers(spec: Spec, seed: int) -> list[tuple[float, ...]]:
     return list(dict.fromkeys(tuple(map(float, row)) for row in rows))
 
 
+def boards_asked(spec: Spec) -> int:
+    """How many boards a search looks at if there is time: of lists alone no more than there are."""
+    most = spec.settings.evaluations
+    if spec.places_are_free or not all(isinstance(one, Choice) for one in spec.variables):
+        return most
+    return min(most, math.prod(round(one.most) + 1 for one in spec.variables))
+
+
+def every_point(spec: Spec, seed: int) -> list[Point]:
+    """All boards of a SPEC that leaves lists alone open, if a search may look at all of them.
+
+    In an order of chance: time may end the search, and the first ones of each list are alike.
+    """
+    if spec.places_are_free or not all(isinstance(one, Choice) for one in spec.variables):
+        return []
+    counts = [round(one.most) + 1 for one in spec.variables]
+    if math.prod(counts) > spec.settings.evaluations:
+        return []
+    found = [Point(None, tuple(map(float, own)), ()) for own in product(*map(range, counts))]
+    return [found[k] for k in np.random.default_rng(seed).permutation(len(found))]
+
+
 def check_boards(spec: Spec, seed: int) -> None:
     """Raise what is wrong with the first board of a SPEC whose coils are to be placed.
 
@@ -126,7 +150,8 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
     span = (reach[0] * MM, reach[1] * MM)
     step = max(LEAST_STEP, max(span) / STEPS)
     least = spec.settings.coil_spacing
-    offered = [one for one in candidates(mirrors, span, step, least) if _is_allowed(spec, one)]
+    areas: list[KeepOut | KeptFoot] = [*spec.keep_out, *kept_feet(document)]
+    offered = [one for one in candidates(mirrors, span, step, least) if _is_allowed(areas, one)]
     regular = [
         (kind, own)
         for kind, layouts in (
@@ -134,7 +159,7 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
             ("spread", spread_out(count, mirrors, board.plate.size, least)),
         )
         for own in layouts
-        if all(_is_allowed(spec, one) and _is_within(one, span) for one in own)
+        if all(_is_allowed(areas, one) and _is_within(one, span) for one in own)
     ]
     places = [
         place
@@ -188,8 +213,8 @@ def _is_within(one: Candidate, span: Place) -> bool:
     return all(abs(along) <= far + 1e-9 for along, far in zip(one.at, span, strict=True))
 
 
-def _is_allowed(spec: Spec, one: Candidate) -> bool:
-    return not any(area.depth(place) > 0.0 for area in spec.keep_out for place in one.images)
+def _is_allowed(areas: Sequence[KeepOut | KeptFoot], one: Candidate) -> bool:
+    return not any(area.depth(place) > 0.0 for area in areas for place in one.images)
 
 
 def _ranked(

@@ -7,7 +7,12 @@ from dataclasses import replace
 
 import pytest
 
-from chladni.host.manufacture.board_parts import board_parts, mechanical_parts, moving_mass_g
+from chladni.host.manufacture.board_parts import (
+    board_parts,
+    foam_of,
+    mechanical_parts,
+    moving_mass_g,
+)
 from chladni.host.manufacture.wiring.parts import parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import Panel
@@ -57,6 +62,9 @@ def test_counts_and_sizes_are_the_board_file_s() -> None:
     assert (parts["magnet"].count, parts["magnet"].value) == (16, "NdFeB N42 disc ⌀6 × 4 mm")
     assert parts["magnet"].mass_g == pytest.approx(7.5e-3 * math.pi * 9.0 * 4.0)
     assert parts["foam"].value == "soft-pu-foam, 50 × 50 × 2 mm"
+    foundation = load_board("pad16").foundation
+    assert foundation
+    assert foam_of(foundation) == "soft-pu-foam, 2 mm"
     assert parts["foam"].mass_g == pytest.approx(0.24e-3 * 2.0 * (2500.0 - 16.0 * math.pi * 9.0))
     assert parts["coil"].count == 16
     assert parts["coil"].value == "13.1 Ω, 300 turns of 0.1 mm copper, ⌀3 to ⌀10 × 1.5 mm"
@@ -92,8 +100,8 @@ def test_a_sheet_of_metal_is_earthed_under_a_panel(prototype: Board, *, metal: b
 
 def test_supports_of_no_known_height_are_listed_with_what_coils_need() -> None:
     """4 mm of magnet, 1 of gap and 1.5 of winding."""
-    feet = [Spring((0.0, along), 13e3, part=part) for along, part in ((0.018, ""), (-0.018, FOOT))]
-    board = replace(load_board("strip5"), foundation=None, springs=tuple(feet))
+    feet = [Spring((0.0, along), 13e3, part=part) for along, part in ((0.06, ""), (-0.06, FOOT))]
+    board = replace(load_board("phone5"), foundation=None, springs=tuple(feet))
     values = [part.value for part in mechanical_parts(board) if part.part == "foot"]
     needed = "; coils need 6.5 mm under the plate"
     assert values == ["rubber or a spring" + needed, "rubber-foot-6x6: ⌀6 × 6 mm, 40 Shore A"]

@@ -120,6 +120,10 @@ def board_show(
 board_app.command("score")(board_score)
 
 
+CHANGES = {"level_db": "level_change_db", "isolation_db": "isolation_change_db"}
+"""What people read of a parameter; elsewhere the same keys are of one board."""
+
+
 @board_app.command("sensitivity")
 def board_sensitivity(
     board: BoardArgument,
@@ -153,6 +157,8 @@ def board_sensitivity(
         "parameters": rows,
         "seconds": time.perf_counter() - started,
     }
+    if not as_json:
+        result["parameters"] = [{CHANGES.get(k, k): v for k, v in row.items()} for row in rows]
     answer(result, as_json=as_json, title=f"{loaded.name}: parts within their tolerances")
 
 

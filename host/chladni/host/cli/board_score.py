@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import asdict
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -79,25 +80,27 @@ def board_score(
     large: LargeOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Score how well a board focuses at all places, as drawn and within its tolerances."""
+    """Score a board as drawn and within its tolerances: its focus, or with [fingers] alone two."""
     check_figure(figure)
     check_request("phasor", objective or "ssim", seed, None, None)
     started, loaded = time.perf_counter(), load_board(board)
     rated = objective or default_objective(loaded)
     loaded = on_less(loaded) if rated == "focus" else loaded
     say_purpose(loaded, objective, rated)
+    drawn = samples if perturbed else 0
+    is_of_several = loaded.is_for_several and objective is None
     with progress_bar("boards") as progress:
         score = score_board(
             loaded,
             pitch=None if pitch is None else pitch * MM,
             objective=rated,
-            samples=samples if perturbed else 0,
+            samples=drawn if as_json or not is_of_several else 0,  # people are not shown them
             border=True,
             seed=seed,
             progress=progress,
         )
     say_unmet(score.error_estimate, TOLERANCE)
-    two, foam_twice = _two_fingers(loaded, seed)
+    two, foam_twice = _two_fingers(loaded, drawn if is_of_several else 0, seed)
     verdict = of_board(
         score,
         two,
@@ -109,9 +112,7 @@ def board_score(
         tried=_tried(loaded, score),
     )
     if figure is not None:
-        from chladni.host.figures.boards import board_figure  # noqa: PLC0415
-
-        write_figure(board_figure(loaded, score, None if objective else two, verdict), figure)
+        _draw(figure, loaded, score, None if objective else two, verdict)
     result = {"name": loaded.name, "verdict": verdict} | score_rows(loaded, score, two)
     if built:
         with progress_bar("steps") as progress:
@@ -132,6 +133,15 @@ def board_score(
     answer(told, as_json=as_json, title=title)
 
 
+def _draw(
+    path: Path, board: Board, score: BoardScore, two: CountScore | None, verdict: str
+) -> None:
+    # What draws takes a third of a second to load.
+    from chladni.host.figures.boards import board_figure  # noqa: PLC0415
+
+    write_figure(board_figure(board, score, two, verdict), path)
+
+
 def _of_purpose(board: Board, objective: str | None, result: dict[str, Any]) -> dict[str, Any]:
     """What people get: of a board for several fingers no focus, which its device does not play."""
     if not board.is_for_several or objective is not None:
@@ -149,15 +159,19 @@ def _tried(board: Board, score: BoardScore) -> list[Remedy]:
         return tried_remedies(board, progress=progress)
 
 
-def _two_fingers(board: Board, seed: int) -> tuple[CountScore | None, KeptApart | None]:
-    """How far apart two pressing fingers are kept, on the board as drawn; None without room.
+def _two_fingers(
+    board: Board, samples: int, seed: int
+) -> tuple[CountScore | None, KeptApart | None]:
+    """How far apart two pressing fingers are kept, as `chladni fingers` has it; None without room.
 
     Then the same on foam twice as stiff; None without foam, or where it was measured.
     """
     if board.fingers is not None:
         say_waves(board)
     try:
-        (score,) = score_fingers(board, (2,), samples=0, seed=seed).counts
+        with progress_bar("sets of two fingers") as progress:
+            found = score_fingers(board, (2,), samples=samples, seed=seed, progress=progress)
     except ArgumentError:
         return None, None
+    (score,) = found.counts
     return score, None if board.measured else on_stiffer_foam(board, score)

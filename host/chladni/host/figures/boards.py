@@ -41,7 +41,7 @@ PANELS = (
     ("level_db", "level under the finger, |dB|"),
     ("ssim", "SSIM"),
     ("second_finger_db", "second finger, dB"),
-    ("isolation_db", "isolation of two fingers, dB"),
+    ("isolation_db", "isolation at the worst tenth, dB"),
 )
 
 

@@ -10,7 +10,7 @@ from chladni.host.manufacture.wiring.part import Part
 from chladni.host.manufacture.wiring.parts import parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.catalogue import FEET
-from chladni.sim.board.foundation import MATERIALS
+from chladni.sim.board.foundation import MATERIALS, Foundation
 from chladni.sim.board.parts import Plate
 from chladni.sim.board.quantity import MM
 
@@ -62,6 +62,14 @@ def sheet_of(plate: Plate) -> str:
     corners = f", corners R{plate.corner_radius / MM:g}" if plate.corner_radius else ""
     material = plate.material or f"E = {plate.youngs_modulus / 1e9:g} GPa"
     return f"{material}, {sides} mm{corners}"
+
+
+def foam_of(foundation: Foundation) -> str:
+    """What lies under the plate, and how thick it is; nothing where that is air."""
+    if not foundation.sheet_stiffness:
+        return ""
+    what = foundation.material or f"{foundation.sheet_stiffness * MM**3:g} N/mm³"
+    return what + (f", {foundation.thickness / MM:g} mm" if foundation.thickness else "")
 
 
 def _plate(board: Board) -> Part:

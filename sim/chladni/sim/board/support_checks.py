@@ -73,14 +73,19 @@ def check_supports(board: BoardParts) -> None:
 
 
 def _check_feet(board: BoardParts) -> None:
-    """Feet of a known size stand clear of each other and of magnets, which are below too."""
+    """Feet of a known size stand clear of each other, and of magnets and windings below too.
+
+    A winding stands on the ground that a foot reaches.
+    """
     feet = [(f"springs[{k}]", own.at, foot_radius(own)) for k, own in enumerate(board.springs)]
     magnet = board.magnet.radius if board.magnet else 0.0
-    magnets = [(f"the magnet of {own.name!r}", own.at, magnet) for own in board.actuators]
+    winding = board.winding.outer / 2.0 if board.winding else 0.0
+    what, widest = ("winding", winding) if winding > magnet else ("magnet", magnet)
+    coils = [(f"the {what} of {own.name!r}", own.at, widest) for own in board.actuators]
     for index, (name, at, radius) in enumerate(feet):
         if radius == 0.0:
             continue
-        for other, there, reach in (*feet[:index], *(magnets if magnet else ())):
+        for other, there, reach in (*feet[:index], *(coils if widest else ())):
             apart = float(np.hypot(*np.subtract(at, there)))
             if apart < radius + reach - SAME_PLACE:
                 raise InputError(

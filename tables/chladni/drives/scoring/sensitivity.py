@@ -65,7 +65,7 @@ class Influence:
     ssim, second_finger_db
         Change that only 10 % of places fall below: negative is worse; None for several fingers.
     isolation_db
-        The same of several fingers' isolation; None for one.
+        Change of several fingers' isolation at the worst tenth, as scores have it; None for one.
     """
 
     name: str

@@ -276,7 +276,7 @@ def winding_report(board: Board) -> dict[str, Any]:
     return result
 
 
-OF_TWO = ("isolation_db", "level_db", "finger_um", "unfelt", "unfelt_pressing")
+OF_TWO = ("isolation_db", "level_db", "finger_um", "unfelt", "unfelt_pressing", "perturbed")
 
 
 def score_rows(board: Board, score: BoardScore, two: CountScore | None) -> dict[str, Any]:

@@ -47,6 +47,8 @@ WORDS = {
     "expected_ma": "expected",
     "full_current_ma": "at full duty",
     "supply_limit_ma": "limit in all",
+    "level_change_db": "level changes by up to",
+    "isolation_change_db": "isolation at the worst tenth changes by",
     "isolation_db": "own signal over its share at the others",
     "two_fingers": "two fingers pressing, 16 mm apart or more",
     "fingers_2_db": "two fingers pressing, own signal over its share at the other",

@@ -125,7 +125,8 @@ def of_board(
     tried
         What could help, the best first.
     """
-    focus = of_places(score, frequency_hz=frequency_hz, built=score.perturbed, known_as=known_as)
+    built = None if for_fingers else score.perturbed
+    focus = of_places(score, frequency_hz=frequency_hz, built=built, known_as=known_as)
     known = score.second_finger_20mm_db
     apart = ""
     if two is not None:
@@ -133,7 +134,8 @@ def of_board(
         condition = "" if has_fingers else ", once its file has [fingers],"
         apart = (
             f"It keeps two pressing fingers{condition} {kept.median:z.0f} dB apart at the median, "
-            f"{kept.p10:z.0f} at the worst tenth, {known_as}.{_on_stiffer_foam(two, foam_twice)}"
+            f"{kept.p10:z.0f} at the worst tenth, {known_as}{_within_tolerances(two)}."
+            f"{_on_stiffer_foam(two, foam_twice)}"
         )
     if for_fingers:
         alone = "Drives for one finger, which its device does not play (it plays the loudest):"
@@ -141,6 +143,13 @@ def of_board(
     if known is None or known.median >= NOTICED_DB:
         return f"{focus} {apart}".strip()
     return " ".join(filter(None, (focus, apart, _remedy(score, tried))))
+
+
+def _within_tolerances(two: CountScore) -> str:
+    if two.perturbed is None:
+        return ""
+    kept = two.perturbed.isolation_db
+    return f", {kept.median:z.0f} / {kept.p10:z.0f} dB within tolerances"
 
 
 def _on_stiffer_foam(two: CountScore, foam: KeptApart | None) -> str:
@@ -316,7 +325,9 @@ def of_tolerances(influences: Sequence[Influence], name: str | None) -> str:
         f"by up to {first.level_db:.1f} dB"
     )
     if lost(first) > 0.0:
-        what = "other fingers' silence" if first.isolation_db is None else "two fingers' isolation"
+        what = "other fingers' silence"
+        if first.isolation_db is not None:
+            what = "two fingers' isolation at the worst tenth"
         own += f" and takes up to {lost(first):.1f} dB from {what}"
     told = name is not None and any(word in first.name for word in TOLD_BY_COILS)
     return f"{own}." + (f" `chladni calibrate --board {name}` finds it." if told else "")

@@ -9,9 +9,11 @@ from typing import Any
 from chladni.design.evaluate import TOO_WEAK, least_um
 from chladni.design.front import Design, Entry
 from chladni.design.spec import FINGER_LEVEL, FINGER_TERMS, Spec
+from chladni.design.starts import boards_asked
+from chladni.effects.low_pass import EDGE_HZ
 from chladni.host.cli.common.board_reports import of_waves
 from chladni.host.cli.common.verdicts import of_design
-from chladni.host.manufacture.board_parts import sheet_of
+from chladni.host.manufacture.board_parts import foam_of, sheet_of
 
 
 def about(found: Design, spec: str, asked: Spec) -> list[str]:
@@ -30,12 +32,12 @@ def about(found: Design, spec: str, asked: Spec) -> list[str]:
 
 def is_ended(found: Design, spec: Spec, minutes: float | None) -> bool:
     """Whether its time ended a search, so that the same command may go on."""
-    return minutes is not None and found.evaluations < spec.settings.evaluations
+    return minutes is not None and found.evaluations < boards_asked(spec)
 
 
 def extent(found: Design, spec: Spec, samples: int, minutes: float | None, kept: Path) -> str:
     """How far the search went, where its time ended it."""
-    asked, drawn = spec.settings.evaluations, found.draws
+    asked, drawn = boards_asked(spec), found.draws
     said = ""
     if is_ended(found, spec, minutes):
         said = f"Time was up after {found.evaluations} of {asked} boards: a longer search may gain."
@@ -109,13 +111,15 @@ def result(
             if name in spec.weights
         },
     )
-    waves = of_waves(found.board) if found.board.fingers is not None else ""
+    board = found.board
+    waves = of_waves(board) if board.fingers is not None else ""
+    foam = foam_of(board.foundation) if board.foundation else ""
     remarks = (
         verdict,
         extent,
         median(found),
         lacking(found, spec),
-        waves and f"T{waves[1:]}.",
+        waves and f"T{waves[1:]}, and `[design] first_natural_hz = {EDGE_HZ:g}` asks for that.",
     )
     return {
         "verdict": " ".join(one for one in remarks if one),
@@ -125,10 +129,11 @@ def result(
         "evaluations": found.evaluations,
         "seconds": found.seconds,
         "seed": found.seed,
-        "sheet": sheet_of(found.board.plate),
+        "sheet": sheet_of(board.plate),
+        **({"foam": foam} if foam else {}),
         "actuators": [
             {"name": one.name, "at_mm": [round(1e3 * along, 6) for along in one.at]}
-            for one in found.board.actuators
+            for one in board.actuators
         ],
         "front": entries,
     }

@@ -111,7 +111,7 @@ def design_board(
                 samples=samples,
                 minutes=minutes,
                 progress=progress,
-                on_board=_writing(output, asked.settings.samples, samples),
+                on_board=written_on_board(output, asked.settings.samples, samples),
                 on_pace=partial(say_pace, asked, minutes),
                 on_last=say_last,
                 on_other=partial(say_other, kept, others),
@@ -158,14 +158,14 @@ def _written_front(found: Design, front: Path | None, stem: str) -> list[dict[st
     return entries
 
 
-def _writing(output: Path, drawn: int, samples: int) -> OnBoard:
-    """Writes each board that is better than all before it."""
+def written_on_board(output: Path, drawn: int, samples: int) -> OnBoard:
+    """Write each board that is better than all before it."""
 
     def keep(entry: Entry, is_best: bool) -> None:
         if is_best:
             told = [
                 "The best board so far. Its figures are too good: of many it is the luckiest one",
-                f"by {drawn} random boards. At the end the last few get {samples}.",
+                f"by {drawn} random boards. At the end the last few get up to {samples}.",
                 "The same command continues the search if it was stopped,",
                 "and with --minutes 0 ends it: with the front, the figure and the full scores.",
                 *about_entry(entry),

@@ -8,7 +8,7 @@ from chladni.design.evaluate import completed_board, document_of
 from chladni.design.front import Design
 from chladni.design.last_boards import boards_more
 from chladni.design.spec import FINGER_TERMS, Spec
-from chladni.design.starts import spread_numbers
+from chladni.design.starts import boards_asked, spread_numbers
 from chladni.host.cli.common.board_reports import say_leftovers, say_panel
 from chladni.host.cli.common.output import say
 from chladni.sim.board.panel_layer import layered_plate
@@ -28,13 +28,13 @@ def say_last(count: int, draws: int, seconds: float) -> None:
 
 def say_pace(spec: Spec, minutes: float | None, most: int, board_s: float) -> None:
     """How many boards a search comes to in its time, and how many are worth it."""
-    asked, worth = spec.settings.evaluations, WORTH_OPEN if spec.variables else WORTH
+    asked, worth = boards_asked(spec), WORTH_OPEN if spec.variables else WORTH
     told = f"a board takes {board_s:.2g} s"
     if minutes:
         told += f": this search looks at about {most} of {asked} boards in {minutes:g} min"
     elif minutes is None:
         told += f": {most} boards take about {most * board_s / 60.0:.2g} min"
-    if most < worth:
+    if most < worth and asked == spec.settings.evaluations:  # else no more boards can be
         told += f"; scores of a SPEC like this grow up to some {worth} (docs/design.md)"
     say(told)
 
@@ -57,7 +57,7 @@ def say_first(spec: Spec, seed: int, samples: int) -> None:
     """How long a search is, and what is missing in any board of the SPEC."""
     first = "layouts first, then " if spec.places_are_free else ""
     say(
-        f"{first}{spec.settings.evaluations} boards, and to compare the last few takes as long as "
+        f"{first}{boards_asked(spec)} boards, and to compare the last few takes as long as "
         f"some {boards_more(spec, samples)} more"
     )
     places = [(0.0, 0.0)] if spec.places_are_free else None

@@ -55,19 +55,26 @@ def fingers_sensitivity(
         is_plate = variant.gains is None
         plate = SolvedBoard.of(variant.board, DRAWN_TOLERANCE) if is_plate else solved
         forces = np.ones(len(board.actuators)) if variant.gains is None else variant.gains.real
-        ends.setdefault((variant.name, variant.tolerance), []).append(rows(plate, forces) - plain)
+        ends.setdefault((variant.name, variant.tolerance), []).append(rows(plate, forces))
         if progress:
             progress(number, len(variants))
     result = [
         Influence(
             name,
             tolerance,
-            level_db=float(max(np.percentile(np.abs(one[:, 1]), 90.0) for one in own)),
-            isolation_db=float(min(np.percentile(one[:, 0], 10.0) for one in own)),
+            level_db=max(
+                float(np.percentile(np.abs(one[:, 1] - plain[:, 1]), 90.0)) for one in own
+            ),
+            isolation_db=min(_worst_tenth(one) for one in own) - _worst_tenth(plain),
         )
         for (name, tolerance), own in ends.items()
     ]
     return sorted(result, key=lambda one: one.isolation_db or 0.0)
+
+
+def _worst_tenth(rows: FloatArray) -> float:
+    """Isolation as boards are scored by it, and not of each pair: the best ones lose the most."""
+    return float(np.percentile(rows[:, 0], 10.0))
 
 
 def _numbers(fingers: FingerSet, drives: ComplexArray) -> FloatArray:
