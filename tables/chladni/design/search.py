@@ -191,9 +191,11 @@ class _Run:
 
     def _nothing(self) -> InputError:
         nearest = max((one for _, one in self._seen.values()), key=lambda one: one.robust_score)
-        given = f"{self.looked_at} board{'s'[: self.looked_at - 1]} beyond a limit"
+        boards = "1 board" if self.looked_at == 1 else f"{self.looked_at} boards"
         hint = f"the nearest is beyond {nearest.broken}"
-        return ArgumentError("spec", given, "limits that a board can meet", hint=hint)
+        return ArgumentError(
+            "spec", f"{boards} beyond a limit", "limits that a board can meet", hint=hint
+        )
 
     def _starts(self) -> list[list[Point]]:
         """The best layouts of each number of coils, the best first; solved to know which."""
@@ -229,7 +231,8 @@ class _Run:
         """
         used = self._kept.get(USED)
         tasks = tasks[: used["rows"]] if used else tasks
-        pace, rows = self._pace, list[dict[str, Any]]()
+        pace = self._pace
+        rows: list[dict[str, Any]] = []
         until = pace.started + AT_THE_START * (pace.ends - pace.started)
 
         def is_late() -> bool:

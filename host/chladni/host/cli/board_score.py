@@ -21,6 +21,7 @@ from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.solve import check_request
 from chladni.host.cli.common.board_reports import (
     say_purpose,
+    say_tones,
     say_warm_magnets,
     say_waves,
     score_rows,
@@ -128,7 +129,7 @@ def board_score(
         result["built"] = asdict(found)
         say_warm_magnets(found)
     result["seconds"] = time.perf_counter() - started
-    title = f"{loaded.name}: one finger, and two"
+    title = f"{loaded.name}: {'two fingers' if is_of_several else 'one finger, and two'}"
     told = result if as_json else of_loudest(_of_purpose(loaded, objective, result))
     answer(told, as_json=as_json, title=title)
 
@@ -147,6 +148,7 @@ def _of_purpose(board: Board, objective: str | None, result: dict[str, Any]) -> 
     if not board.is_for_several or objective is not None:
         return result
     say("its device plays no focus: --objective focus shows how one finger would get it")
+    say_tones(board.name)
     return {key: value for key, value in result.items() if key in OF_SEVERAL}
 
 

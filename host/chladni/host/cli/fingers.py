@@ -32,6 +32,7 @@ from chladni.drives.scoring.several_fingers.fingers_score import (
 )
 from chladni.drives.scoring.several_fingers.kept_apart import KeptApart
 from chladni.drives.scoring.survey import SAMPLES
+from chladni.host.cli.common.board_reports import say_tones
 from chladni.host.cli.common.drive_options import on_less
 from chladni.host.cli.common.options import (
     BoardArgument,
@@ -172,8 +173,7 @@ def fingers(
         )
     fields, is_played = solved_board(loaded).fields, table is not None
     say_unmet(fields.error_estimate, fields.tolerance)
-    if figure is not None:
-        _draw(figure, loaded, score, is_played=is_played)
+    _draw(figure, loaded, score, is_played=is_played)
     counts = [_as_keys(own) for own in score.counts]
     for keys in counts if built else ():
         found = _as_built(loaded, keys["fingers"], samples, drawn)
@@ -190,8 +190,10 @@ def fingers(
         "seconds": score.seconds,
     }
     result |= {"counts": counts} if as_json else _by_number(counts)
-    by = ", by the pins" if is_played else ""
-    answer(result, as_json=as_json, title=f"{loaded.name}: several fingers{by}")
+    title = f"{loaded.name}: several fingers{', by the pins' * is_played}"
+    answer(result, as_json=as_json, title=title)
+    if not as_json:
+        say_tones(board)
 
 
 def _as_built(board: Board, count: int, samples: int, drawn: dict[str, Any]) -> FingersAsBuilt:
@@ -261,7 +263,9 @@ def _check_for_device(regularisation: float | None, *, built: bool) -> None:
         raise ConflictError("--built", "--table", hint="drives that know a film come of its board")
 
 
-def _draw(path: Path, board: Board, score: FingersScore, *, is_played: bool) -> None:
+def _draw(path: Path | None, board: Board, score: FingersScore, *, is_played: bool) -> None:
+    if path is None:
+        return
     # What draws takes a third of a second to load.
     from chladni.host.figures.fingers import fingers_figure  # noqa: PLC0415
 

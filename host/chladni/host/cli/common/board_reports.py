@@ -41,6 +41,12 @@ def say_current(wave: SoftWave | BridgeWave) -> None:
         )
 
 
+def say_tones(board: str) -> None:
+    """After what steady tones of two fingers keep: effects keep less."""
+    pairs = f"chladni play click --pairs 20 --emulator --board {board}"
+    say(f"These are tones: `{pairs}` tells what clicks keep, which is less.")
+
+
 def say_purpose(board: Board, asked: str | None, rated: str) -> None:
     """Remark on a board whose file does not say what it is for, unless an objective was asked."""
     if asked is not None or board.focus is not None or board.fingers is not None:

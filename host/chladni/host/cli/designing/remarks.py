@@ -9,7 +9,7 @@ from chladni.design.front import Design
 from chladni.design.last_boards import boards_more
 from chladni.design.spec import FINGER_TERMS, Spec
 from chladni.design.starts import boards_asked, spread_numbers
-from chladni.host.cli.common.board_reports import say_leftovers, say_panel
+from chladni.host.cli.common.board_reports import say_leftovers, say_panel, say_tones
 from chladni.host.cli.common.output import say
 from chladni.sim.board.panel_layer import layered_plate
 from chladni.sim.errors import InputError
@@ -75,7 +75,6 @@ def say_next(found: Design, spec: Spec, output: Path) -> None:
     if FINGER_TERMS.keys() & spec.weights.keys():
         own = f"{output} --samples {found.draws} --seed {found.seed}"
         say(f"`chladni fingers {own}` scores it within tolerances, as here.")
-        pairs = f"chladni play click --pairs 20 --emulator --board {output}"
-        say(f"Scores are of tones: `{pairs}` tells what clicks keep.")
+        say_tones(str(output))
     foam = " and how much foam twice as stiff takes" if found.board.foundation else ""
     say(f"`chladni board score {output}` says more{foam}.")
