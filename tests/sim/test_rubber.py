@@ -233,6 +233,15 @@ def test_a_foot_stands_clear_of_windings(prototype: Board) -> None:
             board_from_document(own)
 
 
+def test_feet_are_under_the_plate_as_a_whole(prototype: Board) -> None:
+    half_mm = prototype.plate.size[0] / 2.0 * 1e3
+    feet = [{"at_mm": [half_mm - 4.9, 20.0], "part": "rubber-foot-10x5"}]
+    with pytest.raises(InputError, match="a foot of 10 mm that is under the plate as a whole"):
+        board_from_document(document(prototype, springs=feet))
+    feet[0]["at_mm"] = [half_mm - 5.0, 20.0]
+    assert board_from_document(document(prototype, springs=feet)).springs
+
+
 def test_feet_stand_clear_of_each_other(prototype: Board) -> None:
     feet = [{"at_mm": [x, 20.0], "part": "rubber-foot-10x5"} for x in (-15.0, -5.1)]
     with pytest.raises(InputError, match=r"springs\[1\].at_mm: .*clear of springs\[0\]"):

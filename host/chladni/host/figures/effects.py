@@ -14,8 +14,9 @@ from chladni.effects.effect import Effect
 from chladni.host.emulation.played_effect import PlayedEffect
 from chladni.host.figures.fields import INK
 
-QUIET, MARGIN = 0.03, 1.1
-"""Share of the peak below which a curve is over; how much later the axis ends."""
+QUIET, RINGS, MARGIN = 0.03, 0.2, 1.1
+"""Shares of their peaks below which what is asked for and the finger are over, and another finger;
+how much later the axis ends."""
 SEEN = 0.05
 """Share of the finger's own row from which what another gets can be seen at the same scale."""
 FROM = {
@@ -86,12 +87,13 @@ def _scale_other(rows: NDArray[np.object_], played: Sequence[PlayedEffect]) -> s
 
 
 def _ends_ms(played: PlayedEffect) -> float:
-    """When what was asked for is over, and fingers move no more than a few per cent of the peak."""
-    loudest = np.abs(played.own_um).max()
-    moved = [np.abs(own) / loudest for own in (played.own_um, played.other_um) if own is not None]
-    asked = np.abs(played.asked) / np.abs(played.asked).max()
+    """When all that is drawn is over."""
+    lasts = [(played.asked, QUIET), (played.own_um, QUIET)]
+    lasts += [] if played.other_um is None else [(played.other_um, RINGS)]
     last = max(
-        int(np.flatnonzero(own >= QUIET)[-1]) for own in (asked, *moved) if own.max() >= QUIET
+        int(np.flatnonzero(np.abs(own) >= share * max(np.abs(own).max(), 1e-300))[-1])
+        for own, share in lasts
+        if np.any(own)
     )
     return float(1e3 * MARGIN * played.t_s[last])
 

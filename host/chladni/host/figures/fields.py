@@ -89,6 +89,8 @@ CHARACTERS_PER_INCH = 13.0
 def with_verdict(figure: Figure, title: str, verdict: str) -> str:
     """A title, and below it a verdict's first sentence, in lines that fit."""
     first = verdict.split(". ", maxsplit=1)[0].removesuffix(".")
+    for piece in (" / ", " dB", " mm", " µm"):  # no line ends in the middle of a figure
+        first = first.replace(piece, piece.replace(" ", "\u00a0"))
     lines = textwrap.wrap(first, max(int(CHARACTERS_PER_INCH * figure.get_figwidth()), 30))
     return "\n".join([title, *lines])
 

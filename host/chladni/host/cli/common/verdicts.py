@@ -278,7 +278,7 @@ def of_two_effects(effects: Sequence[str], played: Sequence[PlayedEffect]) -> st
         others = f"{'AB'[other]}'s {effects[other]}"
         sentence = f"{'AB'[own]} gets {um:.2g} µm of its {effects[own]}"
         if db >= 0.0:
-            sentence += f", {db:.0f} dB more than of {others}"
+            sentence += f", {db:.0f} dB more than it gets of {others}"
         else:
             sentence += f", and {by_other:.2g} µm of {others}, {-db:.0f} dB more"
         if db < OWN_STANDS_OUT_DB and played[other].peak_um > LOUDER * um:

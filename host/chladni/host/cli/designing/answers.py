@@ -15,6 +15,9 @@ from chladni.host.cli.common.board_reports import of_waves
 from chladni.host.cli.common.verdicts import of_design
 from chladni.host.manufacture.board_parts import foam_of, sheet_of
 
+WORTH, WORTH_OPEN = 60, 200
+"""As measured in docs/design.md."""
+
 
 def about(found: Design, spec: str, asked: Spec) -> list[str]:
     """What stands on top of the best board's file."""
@@ -30,6 +33,11 @@ def about(found: Design, spec: str, asked: Spec) -> list[str]:
     ]
 
 
+def boards_worth(spec: Spec) -> int:
+    """Boards up to which scores grow: of coils' places alone, or with sheet or foam open."""
+    return WORTH_OPEN if spec.variables else WORTH
+
+
 def is_ended(found: Design, spec: Spec, minutes: float | None) -> bool:
     """Whether its time ended a search, so that the same command may go on."""
     return minutes is not None and found.evaluations < boards_asked(spec)
@@ -40,7 +48,11 @@ def extent(found: Design, spec: Spec, samples: int, minutes: float | None, kept:
     asked, drawn = boards_asked(spec), found.draws
     said = ""
     if is_ended(found, spec, minutes):
-        said = f"Time was up after {found.evaluations} of {asked} boards: a longer search may gain."
+        worth = boards_worth(spec)
+        gain = (
+            "may gain" if found.evaluations >= worth else f"gains: scores grow up to some {worth}"
+        )
+        said = f"Time was up after {found.evaluations} of {asked} boards: a longer search {gain}."
         said += f" The same command goes on from {kept}."
     if drawn < samples:
         few = f"The last few had {drawn} random boards each in place of {samples}"

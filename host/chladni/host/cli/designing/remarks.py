@@ -11,12 +11,9 @@ from chladni.design.spec import FINGER_TERMS, Spec
 from chladni.design.starts import boards_asked, spread_numbers
 from chladni.host.cli.common.board_reports import say_leftovers, say_panel, say_tones
 from chladni.host.cli.common.output import say
+from chladni.host.cli.designing.answers import boards_worth
 from chladni.sim.board.panel_layer import layered_plate
 from chladni.sim.errors import InputError
-
-WORTH, WORTH_OPEN = 60, 200
-"""Boards up to which scores grow, of coils' places alone and with sheet or foam open
-(docs/design.md)."""
 
 
 def say_last(count: int, draws: int, seconds: float) -> None:
@@ -28,7 +25,7 @@ def say_last(count: int, draws: int, seconds: float) -> None:
 
 def say_pace(spec: Spec, minutes: float | None, most: int, board_s: float) -> None:
     """How many boards a search comes to in its time, and how many are worth it."""
-    asked, worth = boards_asked(spec), WORTH_OPEN if spec.variables else WORTH
+    asked, worth = boards_asked(spec), boards_worth(spec)
     told = f"a board takes {board_s:.2g} s"
     if minutes:
         told += f": this search looks at about {most} of {asked} boards in {minutes:g} min"

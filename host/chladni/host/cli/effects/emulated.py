@@ -18,7 +18,7 @@ from chladni.host.cli.common.output import Place, answer, write_figure
 from chladni.host.cli.common.verdicts import decibels_less, of_effect, of_two_effects
 from chladni.host.cli.device.connection import Connection
 from chladni.host.cli.effects.pairs import played_pairs
-from chladni.host.cli.effects.remarks import say_filtered, say_off_board
+from chladni.host.cli.effects.remarks import say_filtered, say_less_than_asked, say_off_board
 from chladni.host.cli.effects.setup import Setup, setup_of
 from chladni.host.emulation.played_effect import (
     PlayedEffect,
@@ -53,6 +53,7 @@ def play_emulated(
         play_effect(table, board, effect, own, other_mm=other, **how)
         for effect, own, other in zip(effects, places, _others(places), strict=False)
     ]
+    say_less_than_asked(found, how["level_um"])
     _draw(figure, found, effects, setup, places)
     if len(found) == 1:
         known = {"effect": effects[0].name} | setup.rows(as_json=as_json)

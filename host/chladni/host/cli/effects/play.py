@@ -66,7 +66,7 @@ def play(
         float | None,
         typer.Option(
             callback=within(LEAST_UM, MOST_UM, "µm"),
-            help="As many for an amplitude of 1, where the place allows them.",
+            help="As many µm for an amplitude of 1, where the place allows them.",
         ),
     ] = None,
     press: Annotated[

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from chladni.effects.bank.areas import Bank, Shape, reach_mm
 from chladni.effects.effect import Effect
@@ -12,6 +15,12 @@ from chladni.host.protocol.config import PANELS, DeviceConfig
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.image.metrics import decibel
+
+if TYPE_CHECKING:
+    from chladni.host.emulation.played_effect import PlayedEffect
+
+ALLOWED = 0.9
+"""Share of the micrometres asked for, from which a finger counts as getting them."""
 
 
 def say_out_of_reach(
@@ -83,7 +92,19 @@ def say_filtered(effect: Effect) -> None:
 def say_not_measured() -> None:
     """Remark on what a real device cannot say of an effect."""
     say(
-        "a device does not measure its plate, and its dB are by its table, of a steady signal: "
-        "--emulator with the same --board and --table says what fingers get in µm and dB, as "
-        "modelled"
+        "a device does not measure its plate, and its dB are by its table, for signals below the "
+        "plate's first natural frequency: --emulator with the same --board and --table says what "
+        "fingers get in µm and dB, as modelled"
     )
+
+
+def say_less_than_asked(found: Sequence[PlayedEffect], level_um: float | None) -> None:
+    """Remark on places that do not allow as many micrometres as were asked for."""
+    for name, one in zip("AB", found, strict=False):
+        asked_um = 0.0 if level_um is None else level_um * float(np.abs(one.asked).max())
+        if one.peak_um < ALLOWED * asked_um:
+            who = "the finger" if len(found) == 1 else name
+            say(
+                f"{who} gets {one.peak_um:.2g} µm of the {asked_um:.2g} that --level-um asks for: "
+                "its place allows no more"
+            )
