@@ -79,7 +79,7 @@ def test_a_board_that_cannot_be_is_named_before_any_layout(
     spec.write_text(tomlkit.dumps(small(springs=feet)), encoding="utf-8")
     done = chladni("design", spec, "-o", tmp_path / "own.toml", "--jobs", "1")
     assert done.code == 2
-    limits = "the whole spring is on the plate: |x| up to 6, |y| up to 16, got [0.0, 20.0]"
+    limits = "the whole foot is under the plate: |x| up to 3, |y| up to 13, got [0.0, 20.0]"
     assert f"springs[0].at_mm: expected a place where {limits}" in done.err
     assert [one.name for one in tmp_path.iterdir()] == ["s.toml"]
 

@@ -227,12 +227,12 @@ def test_a_drawing_that_cannot_be_is_refused(
 
 def test_a_sheet_lists_the_feet_and_has_their_outlines(tmp_path: Path) -> None:
     strip = load_board("strip5")
-    feet = (Spring((5e-3, 27e-3), 2e4), Spring((4e-3, -27e-3), 2e4, part="rubber-foot-6x6"))
+    feet = (Spring((5e-3, 27e-3), 2e4), Spring((4e-3, 5.5e-3), 2e4, part="rubber-foot-6x6"))
     stood = replace(strip, winding=None, springs=feet, pins=(Pin((-5e-3, -27e-3)),))
     texts = ["".join(own.itertext()) for own in svg(stood, tmp_path).iter(f"{SVG}text")]
     assert "foot, 20 N/mm:  x 5  y 27" in texts
     outlines = [own for own in board_drawing(stood).shapes if isinstance(own, Circle)]
-    assert Circle("supports", (4.0, -27.0), 3.0) in outlines
+    assert Circle("supports", (4.0, 5.5), 3.0) in outlines
     assert len([own for own in outlines if own.layer == "supports"]) == 1
     assert "foot, held:  x -5  y -27" in texts
     assert "4 coil-5" in texts  # as the wiring and the board file call it

@@ -85,11 +85,10 @@ def _check_feet(board: BoardParts) -> None:
     for index, (name, at, radius) in enumerate(feet):
         if radius == 0.0:
             continue
-        over = max(
-            abs(x) + radius - side / 2.0 for x, side in zip(at, board.plate.size, strict=True)
-        )
-        if over > SAME_PLACE:
-            expected = f"a foot of {2.0 * radius / MM:g} mm that is under the plate as a whole"
+        x, y = (side / 2.0 - radius for side in board.plate.size)
+        if abs(at[0]) > x + SAME_PLACE or abs(at[1]) > y + SAME_PLACE:
+            limits = f"|x| up to {x / MM:g}, |y| up to {y / MM:g}"
+            expected = f"a place where the whole foot is under the plate: {limits}"
             raise InputError(f"{name}.at_mm", in_mm(at), expected)
         for other, there, reach in (*feet[:index], *(coils if widest else ())):
             apart = float(np.hypot(*np.subtract(at, there)))
