@@ -20,11 +20,11 @@ from chladni.design.evaluate import (
     evaluate,
     evaluate_in_full,
 )
-from chladni.design.front import GOALS, Design, Entry, front_of
+from chladni.design.front import Design, Entry, front_of
 from chladni.design.last_boards import boards_more
 from chladni.design.layouts import Layout
 from chladni.design.search import design
-from chladni.design.spec import spec_of
+from chladni.design.spec import FINGER_LEVEL, FINGER_TERMS, spec_of
 from chladni.design.variables import filled
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.board_score import score_board
@@ -259,7 +259,7 @@ def test_time_ends_layouts_and_the_search_goes_on_from_those_it_used(
 
 
 def entry(second: float, um_db: float, coils: int) -> Entry:
-    terms = dict.fromkeys(GOALS, 0.0) | {
+    terms = {
         "second_finger_20mm_db": second,
         "finger_db": um_db,
         "coils": -float(coils),
@@ -275,6 +275,20 @@ def test_the_front_has_what_nothing_else_matches() -> None:
     assert front_of([matched, best, fewer, louder]) == (best, louder, fewer)
     # A tenth of a decibel is no reason to build two boards.
     assert front_of([best, hardly]) == (hardly,)
+
+
+def test_where_several_fingers_are_weighed_one_alone_is_no_goal() -> None:
+    def of_several(own: Entry, apart: float, um_db: float) -> Entry:
+        terms = {**own.evaluation.terms} | dict.fromkeys(FINGER_TERMS, -300.0)
+        terms |= {"fingers_2_db": apart, FINGER_LEVEL: um_db}
+        return Entry(own.document, Evaluation(apart, apart, None, terms))
+
+    apart, louder = (
+        of_several(entry(3.0, 1.0, 5), 28.8, 3.5),
+        of_several(entry(3.0, 1.0, 5), 26, 11),
+    )
+    worse = of_several(entry(15.0, 26.0, 5), 26.0, 3.0)  # which only one finger alone would miss
+    assert front_of([worse, louder, apart]) == (apart, louder)
 
 
 def test_the_command_writes_a_board_that_scores_as_said(

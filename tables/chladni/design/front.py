@@ -1,8 +1,8 @@
-"""Boards of which none is better in every goal: second finger, micrometres, coils and size."""
+"""Boards of which none is better in every goal: fingers apart, micrometres, coils and size."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,14 +14,17 @@ from chladni.design.variables import Document
 from chladni.drives.scoring.board_score import BoardScore
 from chladni.sim.board.board import Board
 
-GOALS = {
-    "second_finger_20mm_db": 0.25,
-    "finger_db": 0.5,
-    "coils": 0.0,
-    "area_cm2": 0.0,
-}
+OF_ONE = {"second_finger_20mm_db": 0.25, "finger_db": 0.5}
+OF_SEVERAL = dict.fromkeys(FINGER_TERMS, 0.25) | {FINGER_LEVEL: 0.5}
+OF_ANY = {"coils": 0.0, "area_cm2": 0.0}
 """Terms that count, and by how much one board must be better to stand beside another: smaller
-differences no one would build two boards for."""
+differences no one would build two boards for. Where a SPEC weighs several fingers, they count in
+place of one alone."""
+
+
+def goals_of(terms: Mapping[str, float]) -> dict[str, float]:
+    """The goals of a board with these terms; all boards of a search have the same ones."""
+    return (OF_SEVERAL if FINGER_LEVEL in terms else OF_ONE) | OF_ANY
 
 
 @dataclass(frozen=True)
@@ -34,7 +37,7 @@ class Entry:
     @property
     def goals(self) -> tuple[float, ...]:
         """The larger the better."""
-        return tuple(self.evaluation.terms[name] for name in GOALS)
+        return tuple(self.evaluation.terms[name] for name in goals_of(self.evaluation.terms))
 
     @property
     def summary(self) -> dict[str, Any]:
@@ -65,8 +68,8 @@ class Entry:
 
 def front_of(entries: Sequence[Entry]) -> tuple[Entry, ...]:
     """Entries that no other one matches in all goals, the best score first."""
-    slack = np.array(list(GOALS.values()))
     ranked = sorted(entries, key=lambda one: -one.evaluation.robust_score)
+    slack = np.array(list(goals_of(ranked[0].evaluation.terms).values())) if ranked else 0.0
     kept: list[Entry] = []
     for entry in ranked:
         own = np.array(entry.goals)

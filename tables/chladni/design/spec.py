@@ -269,7 +269,9 @@ def _coil_counts(board: Document, coils: Any) -> tuple[int, ...]:
     if board.get("actuators") != "free":
         if coils is not None:
             expected = "nothing where actuators are given"
-            raise InputError("design.coils", coils, expected, hint='write actuators = "free"')
+            raise InputError(
+                "design.coils", coils, expected, hint='leave it out, or write actuators = "free"'
+            )
         return ()
     if coils is None:
         raise MissingError("design.coils", "how many coils: a number, a range or a list")

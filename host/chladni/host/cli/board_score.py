@@ -130,7 +130,7 @@ def board_score(
         say_warm_magnets(found)
     result["seconds"] = time.perf_counter() - started
     title = f"{loaded.name}: {'two fingers' if is_of_several else 'one finger, and two'}"
-    told = result if as_json else of_loudest(_of_purpose(loaded, objective, result))
+    told = result if as_json else of_loudest(_of_purpose(board, loaded, objective, result))
     answer(told, as_json=as_json, title=title)
 
 
@@ -143,12 +143,14 @@ def _draw(
     write_figure(board_figure(board, score, two, verdict), path)
 
 
-def _of_purpose(board: Board, objective: str | None, result: dict[str, Any]) -> dict[str, Any]:
+def _of_purpose(
+    named: str, board: Board, objective: str | None, result: dict[str, Any]
+) -> dict[str, Any]:
     """What people get: of a board for several fingers no focus, which its device does not play."""
     if not board.is_for_several or objective is not None:
         return result
     say("its device plays no focus: --objective focus shows how one finger would get it")
-    say_tones(board.name)
+    say_tones(named, board)
     return {key: value for key, value in result.items() if key in OF_SEVERAL}
 
 

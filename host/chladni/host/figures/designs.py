@@ -86,7 +86,8 @@ def _draw_front(left: Axes, found: Design) -> None:
     )
     left.margins(0.15)
     left.legend(fontsize=9)
-    goals = _unseen_goals(rows, {up, across})
+    alone = {"second_finger_20mm_db", "finger_um"} if several else set()  # no goals then
+    goals = _unseen_goals(rows, {up, across} | alone)
     about = f"\nMore goals: {goals}" if goals else ""
     left.set_title(f"Boards of which none is better in every goal{about}", fontsize=10, color=INK)
 

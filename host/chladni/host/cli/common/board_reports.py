@@ -41,9 +41,13 @@ def say_current(wave: SoftWave | BridgeWave) -> None:
         )
 
 
-def say_tones(board: str) -> None:
-    """After what steady tones of two fingers keep: effects keep less."""
-    pairs = f"chladni play click --pairs 20 --emulator --board {board}"
+def say_tones(named: str, board: Board) -> None:
+    """After what steady tones of two fingers keep: effects keep less.
+
+    Tones are of fingers that have rested, which matters where a switch's bias comes up.
+    """
+    rested = "" if board.electronics.is_bridge else " --rested"
+    pairs = f"chladni play click --pairs 20 --emulator{rested} --board {named}"
     say(f"These are tones: `{pairs}` tells what clicks keep, which is less.")
 
 

@@ -70,8 +70,10 @@ def say_first(spec: Spec, seed: int, samples: int) -> None:
 def say_next(found: Design, spec: Spec, output: Path) -> None:
     """Which commands score the board as the search did, and say more."""
     if FINGER_TERMS.keys() & spec.weights.keys():
-        own = f"{output} --samples {found.draws} --seed {found.seed}"
+        weighed = [count for name, count in FINGER_TERMS.items() if name in spec.weights]
+        counts = f" --fingers {weighed[0]}" if len(weighed) == 1 else ""
+        own = f"{output}{counts} --samples {found.draws} --seed {found.seed}"
         say(f"`chladni fingers {own}` scores it within tolerances, as here.")
-        say_tones(str(output))
+        say_tones(str(output), found.board)
     foam = " and how much foam twice as stiff takes" if found.board.foundation else ""
     say(f"`chladni board score {output}` says more{foam}.")
