@@ -126,7 +126,7 @@ def test_an_accelerometer_finds_it_too(chladni: CommandLine, drawn: Path, tmp_pa
     kept, sensor = tmp_path / "kept.csv", ("--sensor-g", "1.5")
     written = ("-o", tmp_path / "measured.toml", "--json")
     done = chladni(
-        *("calibrate", "--board", drawn, "--emulator", "--hidden", str(SEED), "--sets", "20"),
+        *("calibrate", "--board", drawn, "--emulator", "--hidden", str(SEED), "--sets", "8"),
         *("--accelerometer", "8,5", *sensor, "--readings", kept, *written),
     )
     assert done.code == 0, done.err

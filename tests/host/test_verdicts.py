@@ -285,18 +285,15 @@ def test_a_board_for_several_is_scored_by_two_fingers_within_tolerances(
     """As `chladni fingers` scores them; one finger's boards are drawn for programs alone."""
     path = tmp_path / "several.toml"
     path.write_bytes(board_file(replace(strip, focus=None, fingers=SeveralFingers())))
-    coarse = ("board", "score", path, "--pitch", "40", "--samples", "2")
+    coarse = ("board", "score", path, "--pitch", "40", "--samples", "1")
     told = chladni(*coarse, "--json").json
-    wanted = chladni("fingers", path, "--fingers", "2", "--samples", "2", "--json").json
+    wanted = chladni("fingers", path, "--fingers", "2", "--samples", "1", "--json").json
     two = told["two_fingers"]["perturbed"]
     assert two == wanted["counts"][0]["perturbed"]
-    assert told["perturbed"]["samples"] == 2
+    assert told["perturbed"]["samples"] == 1
     kept = two["isolation_db"]
     words = f"as drawn, {kept['median']:.0f} / {kept['p10']:.0f} dB within tolerances."
     assert words in told["verdict"]
-    people = chladni(*coarse)
-    assert words in " ".join(people.out.split())
-    assert "boards within tolerances" in people.out
 
 
 def test_what_rounding_leaves_of_nothing_is_nothing(capsys: pytest.CaptureFixture[str]) -> None:
