@@ -91,7 +91,7 @@ def _ends_ms(played: PlayedEffect) -> float:
     lasts = [(played.asked, QUIET), (played.own_um, QUIET)]
     lasts += [] if played.other_um is None else [(played.other_um, RINGS)]
     last = max(
-        int(np.flatnonzero(np.abs(own) >= share * max(np.abs(own).max(), 1e-300))[-1])
+        int(np.flatnonzero(np.abs(own) >= share * np.abs(own).max())[-1])
         for own, share in lasts
         if np.any(own)
     )

@@ -48,7 +48,7 @@ def extent(found: Design, spec: Spec, samples: int, minutes: float | None, kept:
     asked, drawn = boards_asked(spec), found.draws
     said = ""
     if is_ended(found, spec, minutes):
-        worth = boards_worth(spec)
+        worth = min(boards_worth(spec), asked)
         gain = (
             "may gain" if found.evaluations >= worth else f"gains: scores grow up to some {worth}"
         )
