@@ -227,7 +227,7 @@ def test_two_effects_go_out_at_once_without_a_gap(table: Table) -> None:
 
 @pytest.mark.parametrize("count", [1, 2])
 def test_a_device_that_ends_effects_is_told(table: Table, count: int) -> None:
-    """A finger that was lifted takes no samples: nobody waits for it for ever."""
+    """A finger that was lifted takes no samples: no one waits for it for ever."""
     tone, places = np.ones(1500), [(-18.0, 30.0), (17.0, -25.0)]
     short = replace(table, limits=replace(table.limits, max_on_us=300_000))
 

@@ -21,7 +21,7 @@ AT_THE_END = 0.4
 KNOWN_S = 10.0
 """Boards of so many seconds together tell what others take. The first one loads libraries."""
 DIFFERENT = 0.2
-"""Share by which the number of boards changes before it is told anew: an estimate of what is left
+"""Share by which the number of boards changes before it is told again: an estimate of what is left
 begins again with it."""
 
 

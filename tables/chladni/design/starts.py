@@ -97,10 +97,15 @@ def spread_numbers(spec: Spec, seed: int) -> list[tuple[float, ...]]:
 
 def boards_asked(spec: Spec) -> int:
     """How many boards a search looks at if there is time: of lists alone no more than there are."""
-    most = spec.settings.evaluations
+    counts, most = _counts_of_lists(spec), spec.settings.evaluations
+    return min(most, math.prod(counts)) if counts else most
+
+
+def _counts_of_lists(spec: Spec) -> list[int]:
+    """How many choices each list has, where a SPEC leaves lists alone open; else none."""
     if spec.places_are_free or not all(isinstance(one, Choice) for one in spec.variables):
-        return most
-    return min(most, math.prod(round(one.most) + 1 for one in spec.variables))
+        return []
+    return [round(one.most) + 1 for one in spec.variables]
 
 
 def every_point(spec: Spec, seed: int) -> list[Point]:
@@ -108,10 +113,8 @@ def every_point(spec: Spec, seed: int) -> list[Point]:
 
     In an order of chance: time may end the search, and the first ones of each list are alike.
     """
-    if spec.places_are_free or not all(isinstance(one, Choice) for one in spec.variables):
-        return []
-    counts = [round(one.most) + 1 for one in spec.variables]
-    if math.prod(counts) > spec.settings.evaluations:
+    counts = _counts_of_lists(spec)
+    if not counts or math.prod(counts) > spec.settings.evaluations:
         return []
     found = [Point(None, tuple(map(float, own)), ()) for own in product(*map(range, counts))]
     return [found[k] for k in np.random.default_rng(seed).permutation(len(found))]

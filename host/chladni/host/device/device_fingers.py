@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -117,7 +117,8 @@ class DeviceFingers(FingerRequests):
             sources = [SignalSource([own]) for own in signals]
             sent = [self._sent(own, sources[own], SIGNAL_SAMPLES) for own in fingers]
             send_all(sent, self._link)
-            return [self._played(own, held[own], sent[own]) for own in fingers]
+            down = self._down()
+            return [_played(down.get(own), held[own], sent[own]) for own in fingers]
 
     def _streamed(
         self, source: SignalSource, at_mm: tuple[float, float], finger: int, ahead: int
@@ -126,7 +127,10 @@ class DeviceFingers(FingerRequests):
         sent.send()
         place = self.touch(finger, *at_mm)
         send_all([sent], self._link)
-        return self._played(finger, place, sent)
+        return _played(self._down().get(finger), place, sent)
+
+    def _down(self) -> dict[int, dict[str, Any]]:
+        return {one["finger"]: one for one in self.all()}
 
     def _sent(self, finger: int, source: SignalSource, ahead: int) -> SentSignal:
         return SentSignal(self, finger, source, ahead, self._link.wire.now_s)
@@ -150,14 +154,6 @@ class DeviceFingers(FingerRequests):
                     self.lift(finger)
                 with contextlib.suppress(ChladniError):
                     self.set_voice(finger)
-
-    def _played(self, finger: int, place_mm: tuple[float, float], sent: SentSignal) -> PlayedSignal:
-        mine = next((one for one in self.all() if one["finger"] == finger), None)
-        if mine is None:
-            hint = "`chladni device info` shows its state and faults"
-            raise LinkError("the device ended a touch", hint=hint)
-        fewest = min(sent.fewest, sent.sent)
-        return PlayedSignal(place_mm, sent.sent, fewest, mine["isolation_db"], mine["level_db"])
 
     def play_effect(
         self,
@@ -229,3 +225,14 @@ class DeviceFingers(FingerRequests):
         rows = [signal] if isinstance(signal, np.ndarray) else signal
         samples, level = signal_samples(rows, rate_hz, SIGNAL_HZ), level_within(level_db)
         return self.stream(samples, at_mm, finger=finger, level=level, most_um=level_um)
+
+
+def _played(
+    down: dict[str, Any] | None, place_mm: tuple[float, float], sent: SentSignal
+) -> PlayedSignal:
+    """How a signal went, by what the device says of its finger, which is to be down still."""
+    if down is None:
+        hint = "`chladni device info` shows its state and faults"
+        raise LinkError("the device ended a touch", hint=hint)
+    fewest = min(sent.fewest, sent.sent)
+    return PlayedSignal(place_mm, sent.sent, fewest, down["isolation_db"], down["level_db"])

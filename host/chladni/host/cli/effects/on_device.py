@@ -51,8 +51,8 @@ def play_on_device(
                 played = [device.fingers.play(signals[0], places[0], level=level, most_um=level_um)]
         finally:
             device.lift()
-            for finger in range(len(places)):
-                # From its next touch on it has its own signal again.
+            for finger in range(len(signals), len(places)):
+                # One that rested has its own signal again from its next touch on.
                 device.fingers.set_voice(finger)
     say_not_measured()
     rows = [
