@@ -57,13 +57,14 @@ def calibrated(name: str, seed: int, way: str) -> dict[str, Any]:
 
 
 def _shaken(board: Board, hidden: HiddenPlate) -> Board:
-    """Beside each coil, towards the middle."""
+    """Beside each coil, along the longer side and towards the middle."""
+    along = np.eye(2)[int(np.argmax(board.plate.size))]
     emulator = emulator_on(board, hidden, listens=False)
     parts = []
     with Device(EmulatorWire(emulator)) as device:
         for own in board.actuators:
-            off = np.array(own.at) if np.hypot(*own.at) > BESIDE else -np.ones(2)
-            at = tuple((own.at - BESIDE * off / np.hypot(*off)).tolist())
+            inwards = -1.0 if along @ own.at > 0.0 else 1.0
+            at = tuple((own.at + inwards * BESIDE * along).tolist())
             stand(emulator, hidden, Sensor(at, SENSOR_KG))
             parts.append(read_motions(device, board, at, SENSOR_KG))
     return fit_fields(board, joined(parts)).board

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -35,7 +36,8 @@ class Material:
     source: str
 
 
-MATERIALS = {
+FoamName = Literal["", "soft-pu-foam", "poron-4701-30", "poron-4701-30-thin", "sponge-rubber"]
+MATERIALS: dict[FoamName, Material] = {
     "soft-pu-foam": Material(
         0.06e6,
         0.2,
@@ -104,7 +106,7 @@ class Foundation:
 
     stiffness: float = quantity("stiffness_n_per_mm3", 1e9, 0.0, 100.0, default=0.0)
     loss_factor: float | None = quantity("loss_factor", 1.0, 0.0, 2.0, default=None)
-    material: str = ""
+    material: FoamName = ""
     thickness: float = quantity("thickness_mm", MM, 0.0, 500.0, default=0.0)
     sealed_air: float = quantity("sealed_air_mm", MM, 0.0, 500.0, default=0.0)
     coil_cut_out: float = quantity("coil_cut_out_mm", MM, 0.0, 500.0, default=0.0)

@@ -236,7 +236,9 @@ def check_choice(cls: type, name: str, value: object, key: str) -> None:
     """Raise `InputError`, naming the key, if a field may not have this word."""
     options = _choices(cls).get(name)
     if options is not None and (not isinstance(value, str) or value not in options):
-        raise InputError(key, value, "one of: " + ", ".join(map(repr, filter(None, options))))
+        words = [str(own) for own in options if own]
+        known = "one of: " + ", ".join(map(repr, words))
+        raise InputError(key, value, known, hint=perhaps(value, words))
 
 
 ALSO_CALLED = {

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from chladni.sim.board.catalogue import foot_radius
-from chladni.sim.board.foundation import MATERIALS
+from chladni.sim.board.foundation import Foundation
 from chladni.sim.board.parts import SCREW_SUPPORTS, BoardParts
-from chladni.sim.board.quantity import MM, SAME_PLACE, check_ranges, in_mm
+from chladni.sim.board.quantity import MM, SAME_PLACE, check_choice, check_ranges, in_mm
 from chladni.sim.errors import ConflictError, InputError, MissingError
 
 MOST_STIFFNESS = 1e11
@@ -171,9 +171,7 @@ def _check_holes(board: BoardParts) -> None:
 def _check_stiffness(board: BoardParts) -> None:
     own = board.foundation
     assert own is not None
-    if not isinstance(own.material, str) or (own.material and own.material not in MATERIALS):
-        known = ", ".join(map(repr, MATERIALS))
-        raise InputError("foundation.material", own.material, f"one of: {known}")
+    check_choice(Foundation, "material", own.material, "foundation.material")
     if own.material and own.stiffness:
         raise ConflictError("foundation.stiffness_n_per_mm3", "foundation.material")
     if own.thickness and not own.material:
