@@ -185,6 +185,7 @@ def test_one_name_for_both_ramps_says_which_they_are(chladni: CommandLine) -> No
         (("flash", "nothing.chl", "--emulator"), 2, "nothing.chl"),
         (("device", "info"), 2, "one of --port, --udp and --emulator is required"),
         (("device", "info", "--port", "/dev/nothing"), 1, "no such port"),
+        (("device", "info", "--port", "none", "--board", "phone5"), 2, "--board does not go with"),
         (("device", "touch", "10", "--emulator"), 2, "X,Y"),
         (("device", "touch", "1,1", "--emulator"), 1, "no table; give it one by --table"),
         (("device", "stream", "1@0", "--emulator"), 2, "5 channels"),

@@ -30,6 +30,7 @@ STARTS_S, TURN_S = 60.0, 0.05
 """`chladni emulate --serial` takes 1 to 3 s to start, with --hidden on a busy machine more than 15;
 how often its link is looked for."""
 
+EMULATED_BOARD = "prototype"
 
 UdpOption = Annotated[
     str | None, typer.Option(metavar="HOST[:PORT]", help="Its address on the network.")
@@ -57,7 +58,7 @@ class Connection:
     baud: Annotated[
         int, typer.Option(callback=within(*BAUDS), help="Bits per second, but for --udp.")
     ] = BAUD
-    board: Annotated[str, typer.Option(help="The emulated device's board.")] = "prototype"
+    board: Annotated[str, typer.Option(help="The emulated device's board.")] = EMULATED_BOARD
     emulated_table: Annotated[
         Path | None, typer.Option("--table", help="What the emulated device has in flash.")
     ] = None
@@ -71,7 +72,8 @@ class Connection:
         Raises
         ------
         InputError
-            None or several of --port, --udp and --emulator, or no key.
+            None or several of --port, --udp and --emulator, no key, or an emulated device's board,
+            table or bank for a device at a port.
         WireError
             It cannot be opened, or no device answers.
         """
@@ -81,6 +83,8 @@ class Connection:
             udp=self.udp is not None,
             emulator=self.emulator,
         )
+        if not self.emulator:
+            self._check_real()
         if self.port is not None:
             _await_link(Path(self.port))
             return SerialWire(self.port, baud=self.baud)
@@ -96,6 +100,17 @@ class Connection:
 
             bank = bank_bytes(self.emulated_bank, "--bank")
         return EmulatorWire(Emulator(board, data, must_play=False, bank=bank, link_baud=self.baud))
+
+    def _check_real(self) -> None:
+        """Refuse what only an emulated device is given: a real one has its own."""
+        given = {
+            "--board": self.board != EMULATED_BOARD,
+            "--table": self.emulated_table is not None,
+            "--bank": self.emulated_bank is not None,
+        }
+        for option in filter(given.get, given):
+            own = "--udp" if self.port is None else "--port"
+            raise ConflictError(option, own, hint="a real device has its own")
 
     def loader_port(self) -> str:
         """The serial port with the ROM's loader, which no device need run for.

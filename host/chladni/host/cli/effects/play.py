@@ -96,7 +96,8 @@ def play(
         int | None,
         typer.Option(
             callback=within(1, MOST_PAIRS),
-            help="In place of --at: so many drawn pairs on an emulated device, and what they keep.",
+            help="In place of --at: so many drawn pairs on an emulated device, and what they keep; "
+            "without a figure.",
         ),
     ] = None,
     figure: FigureOption = None,
