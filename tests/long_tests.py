@@ -15,6 +15,7 @@ LONG = (
     "calibration/test_calibration.py::test_a_hidden_plate_is_found[8]",
     "calibration/test_calibration.py::test_any_coil_may_be_reversed[coils0]",
     "calibration/test_calibration.py::test_any_coil_may_be_reversed[coils1]",
+    "calibration/test_accelerometer.py::test_a_sensor_on_every_coil_tells_forces_and_level",
     "calibration/test_slopes.py",
     "calibration/test_flux.py::test_all_coils_read_flux_at_one_level",
     "calibration/test_flux.py::test_coils_that_play_quietly_are_read_for_longer",

@@ -6,13 +6,14 @@ import dataclasses
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from calibration.small_board import small_board
 from chladni.calibration import hidden_plate
 from chladni.calibration.hidden import HiddenPlate
 from chladni.calibration.laboratory.fields_at_places import SENSOR_RADIUS, FieldsAtPlaces
 from chladni.calibration.laboratory.fields_fit import fit_fields
-from chladni.calibration.laboratory.measured_fields import joined
+from chladni.calibration.laboratory.measured_fields import MeasuredFields, joined
 from chladni.calibration.sensing import BASE_SAMPLES, MULTIPLES, UNIT_HZ
 from chladni.calibration.unknowns import unknowns_of
 from chladni.host.device.device import Device
@@ -24,12 +25,16 @@ from chladni.host.emulation.shaken_plate import Sensor, SensorModel, stand
 from chladni.host.measuring.accelerometer import read_motions
 from chladni.host.measuring.coil_readings import ReadingError
 from chladni.sim.board.board import Board
+from chladni.sim.board.file import load_board
 from chladni.sim.board.parts import Mass
 from chladni.sim.fields.induced import open_coils
 
 AT, OTHER = (8e-3, 5e-3), (-9e-3, -12e-3)
 STEP = 0.05
 """Of a logarithm, either way, over which a slope is taken."""
+MOVE = 1e-4
+"""m, the same of a coil's place."""
+ComplexArray = NDArray[np.complex128]
 KG = 1.5e-3
 SEED = 4
 """Of a plate with a reversed coil."""
@@ -94,23 +99,57 @@ def test_the_sensors_mass_is_a_mass_on_the_plate(board: Board) -> None:
 
 
 @pytest.mark.parametrize("sensor_kg", [0.0, 5.0 * KG])
-def test_fields_change_with_patches_as_solved_boards_do(board: Board, sensor_kg: float) -> None:
-    """Against differences. Image points are a tenth of a patch apart."""
+def test_fields_change_with_patches_and_places_as_solved_boards_do(
+    board: Board, sensor_kg: float
+) -> None:
+    """Against differences. Image points are a tenth of a patch apart.
+
+    A coil that moves takes the mass of its magnet with it, which slopes leave out; here is none.
+    """
     unknowns = unknowns_of(board)
     at = np.array([AT, OTHER])
     coils, places = np.repeat(np.arange(2), 2), np.tile(at, (2, 1))
-    first = unknowns.patch_values.start
 
-    def solved(off: float, patch: int) -> FieldsAtPlaces:
-        values = unknowns.mean.copy()
-        values[first + patch] = off
-        return FieldsAtPlaces(unknowns.board_at(values), HZ[:1], sensor_kg, at)
+    def difference(value: int, step: float) -> ComplexArray:
+        moved = []
+        for off in (step, -step):
+            values = unknowns.mean.copy()
+            values[value] = off
+            solved = FieldsAtPlaces(unknowns.board_at(values), HZ[:1], sensor_kg, at)
+            moved.append(solved.at(0, coils, places))
+        return np.asarray((moved[0] - moved[1]) / (2.0 * step))
 
-    slopes = solved(0.0, 0).patch_slopes(0, coils, places)
-    for patch in (0, len(unknowns.patches) // 2):
-        more, less = (solved(off, patch).at(0, coils, places) for off in (STEP, -STEP))
-        true = (more - less) / (2.0 * STEP)
-        assert np.linalg.norm(slopes[patch] - true) < 0.05 * np.linalg.norm(true)
+    drawn = FieldsAtPlaces(unknowns.board_at(unknowns.mean), HZ[:1], sensor_kg, at)
+    for of_all, values, step in (
+        (drawn.patch_slopes(0, coils, places), unknowns.patch_values, STEP),
+        (drawn.place_slopes(0, coils, places), unknowns.places, MOVE),
+    ):
+        for own in (0, 1, len(of_all) // 2):
+            true = difference(values.start + own, step)
+            assert np.linalg.norm(of_all[own] - true) <= 0.05 * np.linalg.norm(true)
+
+
+def test_a_sensor_on_every_coil_tells_forces_and_level() -> None:
+    """On foam so stiff that a coil's field is a tenth at the next one, and coils are 0.5 mm off.
+
+    What each pair does both ways differs by their forces alone.
+    """
+    board = load_board("quiet5")
+    hidden = hidden_plate(board, SEED)
+    at = np.array([own.at for own in board.actuators])
+    coils, places = np.tile(np.arange(len(at)), len(at)), np.repeat(at, len(at), axis=0)
+    values = FieldsAtPlaces(hidden.board, HZ[1:2], KG, at).at(0, coils, places)
+    hz = np.full(coils.size, HZ[1])
+    fields = MeasuredFields(coils, places, hz, hidden.strengths[coils] * values, sensor_kg=KG)
+    found = fit_fields(board, fields)
+    forces = np.array([own.strength for own in found.board.actuators])
+    assert forces == pytest.approx(hidden.strengths, rel=0.15)
+    moves = [
+        np.diag(open_coils(own, 160.0, tolerance=1e-3).compliance)
+        for own in (found.board, hidden.board)
+    ]
+    level = 20.0 * np.log10(np.abs(forces * moves[0] / (hidden.strengths * moves[1])))
+    assert np.abs(level).max() < 1.0
 
 
 def test_a_board_is_found_by_an_accelerometer_at_two_places(board: Board) -> None:

@@ -94,6 +94,17 @@ def patch_slopes(board: Board, first: ComplexArray, second: ComplexArray) -> lis
     return [np.asarray(-(one * (stiffness * own).ravel()) @ other.T) for own in shares]
 
 
+def slopes_at_coils(board: Board, fields: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """Of fields (fields, nx, ny) along x and along y, at every coil: (actuators, fields) each."""
+    step = board.magnet.radius / 2.0 if board.magnet else float(board.x[1] - board.x[0])
+    found = []
+    for shift in ((step, 0.0), (0.0, step)):
+        back = (-shift[0], -shift[1])
+        ahead, behind = (moved_coils(board, fields, by) for by in (shift, back))
+        found.append(np.asarray((ahead - behind) / (2.0 * step)))
+    return found[0], found[1]
+
+
 @lru_cache(maxsize=1)
 def _moved_couplings(board: Board) -> list[MagneticCoupling | None]:
     """With each coil moved along x and along y; None where its winding touches another's.
@@ -265,17 +276,8 @@ class _Parts:
 
     @cached_property
     def _slopes(self) -> tuple[ComplexArray, ComplexArray]:
-        """Along x and along y."""
-        return self._slope(0), self._slope(1)
-
-    def _slope(self, axis: int) -> ComplexArray:
-        """∂W along an axis at every coil (row), by every coil (column)."""
-        magnet, x = self._board.magnet, self._board.x
-        step = magnet.radius / 2.0 if magnet else float(x[1] - x[0])
-        shift = tuple(step * float(k == axis) for k in (0, 1))
-        back = tuple(-one for one in shift)
-        ahead, behind = (moved_coils(self._board, self._values, by) for by in (shift, back))
-        return np.asarray((ahead - behind) / (2.0 * step))
+        """At every coil (row), of the field of every coil (column)."""
+        return slopes_at_coils(self._board, self._values)
 
 
 def _foundation(geometry: PlateGeometry, grid: Sequence[FloatArray]) -> FloatArray:

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
-from chladni.calibration.slopes import patch_slopes
+from chladni.calibration.slopes import patch_slopes, slopes_at_coils
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.fields.board_plate import plate_model
-from chladni.sim.fields.induced import open_coils
+from chladni.sim.fields.induced import OpenCoils, open_coils
 from chladni.sim.fields.transfer import disc_fields
 
 FloatArray = NDArray[np.float64]
@@ -40,7 +40,8 @@ class FieldsAtPlaces:
         self._board, self._sensor_kg, self._stands = board, sensor_kg, stands
         self._hz = hz.tolist()
         self._model = plate_model(board)
-        self._fields = [self._of_coils(own) for own in self._hz]
+        self._coils = [self._of_coils(own) for own in self._hz]
+        self._fields = [np.asarray(own.fields.values) for own in self._coils]
         has_sensor = sensor_kg > 0.0
         self._pushed = [self._of_stands(own) for own in self._hz] if has_sensor else []
 
@@ -54,17 +55,38 @@ class FieldsAtPlaces:
             return moved
         return np.asarray(moved / self._loads(row)[self._stands_at(places)])
 
+    def place_slopes(self, row: int, coils: NDArray[np.int64], places: FloatArray) -> ComplexArray:
+        """∂ by moves of each coil along x and y of what `at` tells, 1/N, (2 · actuators, rows).
+
+        Of where a coil pushes: the mass that moves with it, and what it is to its neighbours, are
+        left out.
+        """
+        at, coupling = self._stands_at(places), self._coils[row].coupling
+        pushes = np.eye(len(self._board.actuators)) if coupling is None else coupling.forces
+        slopes = np.stack(slopes_at_coils(self._board, self._pushed_at(row)), axis=1)
+        # Of each coil's push where a coil moves: (actuators, 2, rows).
+        found = pushes[:, None, coils] * slopes[:, :, at]
+        if self._sensor_kg > 0.0:
+            found = found / self._loads(row)[at]
+        return np.asarray(found.reshape(-1, at.size))
+
     def patch_slopes(self, row: int, coils: NDArray[np.int64], places: FloatArray) -> ComplexArray:
         """∂ by the logarithm of each patch's stiffness of what `at` tells, (patches, rows)."""
-        if not self._pushed:
-            self._pushed = [self._of_stands(own) for own in self._hz]
-        at, fields, pushed = self._stands_at(places), self._fields[row], self._pushed[row]
-        slopes = np.array([own[at, coils] for own in patch_slopes(self._board, pushed, fields)])
+        at, fields, pushed = self._stands_at(places), self._fields[row], self._pushed_at(row)
+        of_patches = patch_slopes(self._board, pushed, fields)
+        slopes = np.reshape([own[at, coils] for own in of_patches], (-1, at.size))
         if self._sensor_kg == 0.0:
             return slopes
         loads = self._loads(row)[at]
-        own = [np.diag(one)[at] for one in patch_slopes(self._board, pushed, pushed)]
+        of_loads = patch_slopes(self._board, pushed, pushed)
+        own = np.reshape([np.diag(one)[at] for one in of_loads], slopes.shape)
         return np.asarray((slopes + self.at(row, coils, places) * self._inertia(row) * own) / loads)
+
+    def _pushed_at(self, row: int) -> ComplexArray:
+        """Fields of a newton at every place, at a frequency."""
+        if not self._pushed:
+            self._pushed = [self._of_stands(own) for own in self._hz]
+        return self._pushed[row]
 
     def _inertia(self, row: int) -> float:
         return float((2.0 * np.pi * self._hz[row]) ** 2 * self._sensor_kg)
@@ -79,10 +101,9 @@ class FieldsAtPlaces:
         apart = np.linalg.norm(places[:, None] - self._stands, axis=2)
         return np.asarray(np.argmin(apart, axis=1))
 
-    def _of_coils(self, hz: float) -> ComplexArray:
-        """Fields of a newton of each coil, on the board's grid."""
-        own = open_coils(self._board, hz, model=self._model, tolerance=DRAWN_TOLERANCE)
-        return np.asarray(own.fields.values)
+    def _of_coils(self, hz: float) -> OpenCoils:
+        """With fields of a newton of each coil, on the board's grid."""
+        return open_coils(self._board, hz, model=self._model, tolerance=DRAWN_TOLERANCE)
 
     def _of_stands(self, hz: float) -> ComplexArray:
         """Fields of a newton of the sensor, at each of its places."""

@@ -1,0 +1,151 @@
+"""All of a board from its fields: patches of foam, where coils stand and how strong each is, too.
+
+Beliefs keep what fields do not tell: a coil that is felt far away alone was found at a quarter of
+its force without them, under foam of half the stiffness.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from chladni.calibration.fit import Parameter, parameters_of
+from chladni.calibration.laboratory.fields_compared import (
+    ComparedFields,
+    rms,
+    sizes_of,
+    slopes_by,
+    stacked,
+)
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+STEPS, ENOUGH = 8, 1e-2
+"""Boards that are tried, and the share of what is left that a step must still take away."""
+ERROR = 0.03
+"""Of a coil's field, RMS, that places and the measurement itself may be off."""
+
+
+class RefinedFit:
+    """The most likely board of all that is not known.
+
+    Parameters
+    ----------
+    signs
+        Of coils' forces, 0 for one that is dead.
+    """
+
+    def __init__(self, fields: ComparedFields, signs: FloatArray) -> None:
+        self._fields, self._signs, self._unknowns = fields, signs, fields.unknowns
+        self._of_scales: FloatArray | None = None
+
+    def solve(self, scales: FloatArray, forces: FloatArray) -> FloatArray:
+        """The most likely values of all unknowns.
+
+        Parameters
+        ----------
+        scales
+            Logarithms of the whole board's scales, to begin with.
+        forces
+            Of coils over the drawn ones, NaN of those that were not measured.
+        """
+        unknowns = self._unknowns
+        mean, spread, begin = unknowns.mean, unknowns.spread, unknowns.mean.copy()
+        begin[: scales.size] = scales
+        told = np.isfinite(forces) & (self._signs != 0.0)
+        begin[unknowns.forces][told] = np.log(np.abs(forces[told]))
+
+        def residuals(off: FloatArray) -> FloatArray:
+            return self._residuals(mean + off * spread)
+
+        def jacobian(off: FloatArray) -> FloatArray:
+            return self._jacobian(mean + off * spread)
+
+        found = least_squares(
+            residuals, (begin - mean) / spread, jac=jacobian, xtol=1e-3, ftol=ENOUGH, max_nfev=STEPS
+        )
+        return np.asarray(mean + found.x * spread)
+
+    def strengths(self, values: FloatArray) -> FloatArray:
+        """Of the coils over the drawn ones, below 0 if reversed, 0 if dead, (actuators,)."""
+        return self._unknowns.strengths(values) * self._signs
+
+    def parameters(self, values: FloatArray) -> Iterator[Parameter]:
+        """Of the whole board, with their intervals."""
+        slopes = self._jacobian(values)
+        slopes[: -values.size] /= max(1.0, rms(self._left(values)) / ERROR)
+        spread = self._unknowns.spread
+        covariance = np.linalg.inv(slopes.T @ slopes) * np.outer(spread, spread)
+        return parameters_of(self._unknowns, values, covariance)
+
+    def _left(self, values: FloatArray) -> ComplexArray:
+        """Of all fields of coils that live, over each one's size."""
+        forces = self.strengths(values)
+        plate = values[: self._unknowns.forces.start]
+        rows = [
+            np.where(forces[coils] != 0.0, given - forces[coils] * own, 0.0)
+            for coils, own, given in self._fields.compared(plate)
+        ]
+        return np.concatenate(rows)
+
+    def _residuals(self, values: FloatArray) -> FloatArray:
+        left = self._left(values)
+        beliefs = (values - self._unknowns.mean) / self._unknowns.spread
+        return np.concatenate((weight(left.size) * stacked(left), beliefs))
+
+    def _jacobian(self, values: FloatArray) -> FloatArray:
+        """Of the residuals, by values in units of what they may be off."""
+        if self._of_scales is None:
+            # A board is solved for each. They change little on the way, so they are taken once.
+            self._of_scales = slopes_by(self._left, values, len(self._unknowns.scales))
+        data = np.concatenate((self._of_scales, self._of_others(values)))
+        data = weight(data.shape[1] // 2) * data.T * self._unknowns.spread
+        return np.concatenate((data, np.eye(values.size)))
+
+    def _of_others(self, values: FloatArray) -> FloatArray:
+        """∂ of what is left by the logarithms of patches, by coils' moves and by their forces.
+
+        The turn of all values of a frequency follows: what it makes up for is taken out.
+
+        References
+        ----------
+        L. Kaufman, A variable projection method for solving separable nonlinear least squares
+        problems, BIT 15 (1975) 49-57.
+        """
+        forces = self.strengths(values)
+        plate = values[: self._unknowns.forces.start]
+        board = self._fields.solved_at(plate)
+        rows = self._fields.compared(plate)
+        slopes, turns = [], []
+        for row, ((coils, places, given), (_, own, _)) in enumerate(
+            zip(self._fields.rows, rows, strict=True)
+        ):
+            forced = forces[coils] / sizes_of(coils, given)[coils]
+            each = forces[coils] * own
+            slopes.append(
+                -np.concatenate(
+                    (
+                        forced * board.patch_slopes(row, coils, places),
+                        forced * board.place_slopes(row, coils, places),
+                        each * (coils == np.arange(forces.size)[:, None]),
+                    )
+                )
+            )
+            turn = np.zeros((len(rows), own.size), np.complex128)
+            turn[row] = 1j * each
+            turns.append(turn)
+        found = stacked(np.concatenate(slopes, axis=1))
+        if not self._fields.is_late:
+            return found
+        basis = np.linalg.qr(stacked(np.concatenate(turns, axis=1)).T)[0]
+        return np.asarray(found - (found @ basis) @ basis.T)
+
+
+def weight(count: int) -> float:
+    """Of what is left at a number of places, over what it may be."""
+    # As if a hundred places were measured, however many there are: they err together.
+    return float(np.sqrt(min(1.0, 100.0 / count)) / ERROR)
