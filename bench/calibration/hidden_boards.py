@@ -37,8 +37,6 @@ from chladni.sim.errors import InputError
 
 SETS = 40
 WAYS = ("coils", "accelerometer", "microphone")
-BESIDE = 10e-3
-"""m, how far from each coil an accelerometer stands."""
 SENSOR_KG = 1.5e-3
 
 
@@ -57,16 +55,13 @@ def calibrated(name: str, seed: int, way: str) -> dict[str, Any]:
 
 
 def _shaken(board: Board, hidden: HiddenPlate) -> Board:
-    """Beside each coil, along the longer side and towards the middle."""
-    along = np.eye(2)[int(np.argmax(board.plate.size))]
+    """With a sensor on each coil."""
     emulator = emulator_on(board, hidden, listens=False)
     parts = []
     with Device(EmulatorWire(emulator)) as device:
         for own in board.actuators:
-            inwards = -1.0 if along @ own.at > 0.0 else 1.0
-            at = tuple((own.at + inwards * BESIDE * along).tolist())
-            stand(emulator, hidden, Sensor(at, SENSOR_KG))
-            parts.append(read_motions(device, board, at, SENSOR_KG))
+            stand(emulator, hidden, Sensor(own.at, SENSOR_KG))
+            parts.append(read_motions(device, board, own.at, SENSOR_KG))
     return fit_fields(board, joined(parts)).board
 
 
@@ -141,6 +136,8 @@ def _kind(row: dict[str, Any]) -> tuple[str, str]:
 def main() -> None:
     """Calibrate, or print."""
     given = sys.argv[1:]
+    if not 1 <= len(given) <= 4 or len(given) == 2 or given[0] in WAYS:
+        sys.exit(__doc__)
     way = given.pop() if given[-1] in WAYS else WAYS[0]
     *kind, path = given
     kept = Path(path)

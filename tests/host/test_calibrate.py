@@ -11,15 +11,20 @@ import pytest
 
 from calibration.small_board import small_board
 from chladni.calibration import hidden_plate
-from chladni.calibration.laboratory.measured_files import read_measured
+from chladni.calibration.laboratory.measured_fields import joined
+from chladni.calibration.laboratory.measured_files import fields_csv, read_measured
 from chladni.calibration.restored import Restored, Truth
 from chladni.drives.fingers.silence import REGULARISATION
 from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
 from chladni.drives.scoring.spread import Spread
 from chladni.host.cli.measured.calibrate import verdict
 from chladni.host.cli.measured.ways import Calibrated
+from chladni.host.device.device import Device
 from chladni.host.device.wires.virtual_port import VirtualPort
+from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.sensed_plate import emulator_on
+from chladni.host.emulation.shaken_plate import Sensor, stand
+from chladni.host.measuring.accelerometer import read_motions
 from chladni.sim.board.file import load_board
 from chladni.sim.board.fingers import Focus
 from chladni.sim.board.parts import Isolation
@@ -123,21 +128,31 @@ def test_a_plate_that_a_file_describes_is_found(
 
 
 def test_an_accelerometer_finds_it_too(chladni: CommandLine, drawn: Path, tmp_path: Path) -> None:
-    kept, sensor = tmp_path / "kept.csv", ("--sensor-g", "1.5")
-    written = ("-o", tmp_path / "measured.toml", "--json")
+    """A place on each coil; all but one were read before, by another run."""
+    board, kept = small_board(), tmp_path / "kept.csv"
+    hidden = hidden_plate(board, SEED)
+    emulator = emulator_on(board, hidden, listens=False)
+    before = []
+    with Device(EmulatorWire(emulator)) as device:
+        for own in board.actuators[1:]:
+            stand(emulator, hidden, Sensor(own.at, 1.5e-3))
+            before.append(read_motions(device, board, own.at, 1.5e-3))
+    kept.write_bytes(fields_csv(joined(before)))
     done = chladni(
         *("calibrate", "--board", drawn, "--emulator", "--hidden", str(SEED), "--sets", "8"),
-        *("--accelerometer", "8,5", *sensor, "--readings", kept, *written),
+        *("--accelerometer", "coils", "--sensor-g", "1.5", "--readings", kept),
+        *("-o", tmp_path / "measured.toml", "--json"),
     )
-    assert done.code == 0, done.err
+    assert (done.code, done.err.count(f"is in {kept} already")) == (0, len(before)), done.err
     signs = [own["polarity"] for own in done.json["coils"]]
-    assert signs == np.sign(hidden_plate(small_board(), SEED).strengths).tolist()
+    assert signs == np.sign(hidden.strengths).tolist()
     assert done.json["by"] == f"an accelerometer, emulated, plate {SEED}"
-    before, after = (done.json[key]["fingers_2_db"]["median"] for key in ("before", "after"))
-    assert after > before + 6.0
-    fields = read_measured(kept, small_board(), "acceleration", "current")
-    assert fields.hz.size == 3 * len(done.json["coils"])
-    assert np.unique(fields.places, axis=0) == pytest.approx(np.array([[8e-3, 5e-3]]))
+    drawn_db, found_db = (done.json[key]["fingers_2_db"]["median"] for key in ("before", "after"))
+    assert found_db > drawn_db + 6.0
+    assert max(np.abs(list(done.json["after"]["level_db"].values()))) < 1.0
+    fields = read_measured(kept, board, "acceleration", "current")
+    at = np.array([own.at for own in board.actuators])
+    assert np.unique(fields.places, axis=0) == pytest.approx(np.unique(at, axis=0), abs=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -67,7 +67,7 @@ def calibrate(
         Path | None,
         typer.Option(
             help="What coils read (.json): written with a device, read without one. Of an "
-            "accelerometer (.csv): written, and read by --measured."
+            "accelerometer (.csv): written place by place, gone on from, and read by --measured."
         ),
     ] = None,
     measured: Annotated[
@@ -86,7 +86,8 @@ def calibrate(
         list[str] | None,
         typer.Option(
             metavar="X,Y",
-            help="Where an accelerometer stands on the plate, mm; several, one after another.",
+            help="Where an accelerometer stands on the plate, mm; several, one after another. "
+            "`coils`: on each coil.",
         ),
     ] = None,
     sensor_g: Annotated[

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 import typer
 
 from chladni.calibration.fit import Parameter, fit_board
@@ -36,6 +37,10 @@ LABORATORY = 30
 """Plates that are solved for fields at places."""
 EXPECTED_SOLUTIONS = 12
 """Of a plate: five to begin with, six or seven on the way."""
+ON_COILS = "coils"
+"""A place on each of them, as --accelerometer has it."""
+SAME_M = 1e-5
+"""Closer than this, places of an accelerometer are one."""
 COOLS_S = 120.0
 """From the limit until a coil may play, at most."""
 
@@ -81,6 +86,8 @@ def _of_fields(
 
 def stands(drawn: Board, texts: Sequence[str]) -> list[Place]:
     """Where an accelerometer stands, mm, each checked before the first is read."""
+    if list(texts) == [ON_COILS]:
+        return [(1e3 * own.at[0], 1e3 * own.at[1]) for own in drawn.actuators]
     places = [parse_place(text, "--accelerometer") for text in texts]
     for own in places:
         check_target(drawn, own, "--accelerometer")
@@ -95,15 +102,21 @@ def shaken(
     kilograms: float,
     kept: Path | None,
 ) -> Calibrated:
-    """What an accelerometer tells, at one place after another; kept as a laboratory's file."""
+    """What an accelerometer tells, at one place after another; kept as a laboratory's file.
+
+    Places that the file has already are not read again.
+    """
     emulator = None if plate is None else emulator_on(drawn, plate, listens=False)
     wire = EmulatorWire(emulator) if emulator is not None else _wire(connection)
-    found = []
+    found = _read_before(drawn, kept, kilograms)
     with Device(wire) as device:
         _wait_for_coils(device)
         begun = wire.now_s()
         for x_mm, y_mm in places:
             at = (1e-3 * x_mm, 1e-3 * y_mm)
+            if any(np.hypot(*(own.places - at).T).min() < SAME_M for own in found):
+                say(f"{x_mm:g}, {y_mm:g} mm is in {kept} already")
+                continue
             if emulator is not None and plate is not None:
                 stand(emulator, plate, Sensor(at, kilograms))
             else:
@@ -116,6 +129,14 @@ def shaken(
         seconds = wire.now_s() - begun
     by = "an accelerometer" if plate is None else _emulated("an accelerometer", plate)
     return _of_fields(drawn, joined(found), by, seconds)
+
+
+def _read_before(drawn: Board, kept: Path | None, kilograms: float) -> list[MeasuredFields]:
+    """What such a file has: moving a sensor by hand takes longer than all else."""
+    if kept is None or not kept.exists():
+        return []
+    fields = read_measured(kept, drawn, "acceleration", "current")
+    return [replace(fields, sensor_kg=kilograms)]
 
 
 def _wire(connection: Connection | None) -> Wire:
