@@ -37,6 +37,8 @@ AT_20_MM = 3
 """Column of a survey's rows."""
 SETS = 60
 """Of two fingers: the worst tenth is then known to 3 dB."""
+COARSER = 2.0
+"""Times the pitch of places for one finger where that is not what a board is for."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +119,7 @@ class Truth:
     sets
         Of two fingers.
     pitch
-        Of places for one finger, m.
+        Of places for one finger, m; `COARSER` where the board has no `[focus]`.
     """
 
     def __init__(
@@ -131,7 +133,7 @@ class Truth:
     ) -> None:
         self._plate, self._forces, self._drawn = plate, forces, drawn
         self._solved = SolvedBoard.of(plate, DRAWN_TOLERANCE)
-        self._lattice = active_lattice(drawn, pitch)
+        self._lattice = active_lattice(drawn, pitch if drawn.focus else COARSER * pitch)
         rng = np.random.default_rng(SEED)
         self._sets = finger_sets(drawn, 2, sets, LEAST_APART, rng)
         stiffness = pressing_stiffness(PRESS, drawn.drive.frequency_hz)
