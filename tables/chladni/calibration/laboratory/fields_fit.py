@@ -81,11 +81,12 @@ def fit_fields(board: Board, measured: MeasuredFields, progress: Report | None =
         search = _Search(fields)
         search.check_units()
         scales = search.solve()
+        search.check_axes_and_coils(scales)
         forces = search.forces(scales)
         refined = RefinedFit(fields, Wiring.of_forces(forces).signs)
         best = refined.solve(scales, forces)
         plate = best[: fields.unknowns.forces.start]
-        search.check(plate)
+        search.check_this_board(plate)
         parameters = tuple(refined.parameters(best))
     known = refined.strengths(best)
     # All signs at once are the sensor's.
@@ -147,8 +148,8 @@ class _Search:
             given = f"{size:.3g} times what {self._unknowns.board.name} does"
             raise InputError("responses", given, expected, hint=hint)
 
-    def check(self, scales: FloatArray) -> None:
-        """Whether these fields are this board's."""
+    def check_axes_and_coils(self, scales: FloatArray) -> None:
+        """Whether the same fields turned, or of exchanged coils, would be explained far better."""
         name = self._unknowns.board.name
         left = self.left(scales)
         # What was fitted to turned fields is nothing: those of the starts are looked at too.
@@ -160,6 +161,10 @@ class _Search:
         swapped = next((said for own in tried if (said := self._swapped(own, left))), "")
         if swapped:
             raise InputError("coils", f"{swapped} exchanged", f"the numbers that {name} has")
+
+    def check_this_board(self, values: FloatArray) -> None:
+        """Whether these fields are this board's."""
+        name, left = self._unknowns.board.name, self.left(values)
         if left > UNLIKE:
             given = f"{100.0 * left:.0f} % unexplained"
             expected = f"fields of {name}, as it may come out"
