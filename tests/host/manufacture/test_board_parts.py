@@ -61,7 +61,9 @@ def test_counts_and_sizes_are_the_board_file_s() -> None:
     assert parts["plate"].mass_g == pytest.approx(0.95)
     assert (parts["magnet"].count, parts["magnet"].value) == (16, "NdFeB N42 disc ⌀6 × 4 mm")
     assert parts["magnet"].mass_g == pytest.approx(7.5e-3 * math.pi * 9.0 * 4.0)
-    assert parts["foam"].value == "soft-pu-foam, 50 × 50 × 2 mm"
+    # 4 mm of magnet, 1 of gap and 1.5 of winding, on 2 of foam.
+    under = "; coils reach 4.5 mm into the ground plate"
+    assert parts["foam"].value == f"soft-pu-foam, 50 × 50 × 2 mm{under}"
     foundation = load_board("pad16").foundation
     assert foundation
     assert foam_of(foundation) == "soft-pu-foam, 2 mm"

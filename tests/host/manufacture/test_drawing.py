@@ -245,6 +245,8 @@ def test_holes_in_foam_have_room_for_coils_that_reach_into_it(tmp_path: Path) ->
     words = "its holes from below ⌀10, 1 deep, for the coils"
     texts = ["".join(own.itertext()) for own in svg(board, tmp_path).iter(f"{SVG}text")]
     assert words in texts
+    # 6.5 mm of magnet, gap and winding.
+    assert "ground plate: holes wider than ⌀10, 0.5 deep" in texts
     assert board.foundation is not None
     wide = replace(board.foundation, coil_cut_out=5e-3)
     thin = replace(board.foundation, thickness=5e-3)

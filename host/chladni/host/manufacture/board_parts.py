@@ -72,6 +72,14 @@ def foam_of(foundation: Foundation) -> str:
     return what + (f", {foundation.thickness / MM:g} mm" if foundation.thickness else "")
 
 
+def ground_holes_mm(board: Board) -> float:
+    """How deep coils reach into what the foam lies on; 0 where the foam has room for them."""
+    own = board.foundation
+    if own is None or not own.thickness:
+        return 0.0
+    return float(f"{max(0.0, board.below_plate - own.thickness) / MM:.3g}")
+
+
 def _plate(board: Board) -> Part:
     plate = board.plate
     area = _outline_area(plate)
@@ -131,6 +139,8 @@ def _foam(board: Board) -> list[Part]:
     # Cut-outs of strips may lie beside them, and there the mass is not said.
     holes = board.all_cut_outs
     is_whole = not board.foundation_strips
+    deep = ground_holes_mm(board)
+    under = f"; coils reach {deep:g} mm into the ground plate" if deep else ""
     pieces = board.foundation_strips or ((0.0, board.plate.size[0], 0.0, board.plate.size[1]),)
     parts = []
     for x0, x1, y0, y1 in pieces:
@@ -144,7 +154,7 @@ def _foam(board: Board) -> list[Part]:
         cut = f"{len(holes)} round holes" if is_whole and holes else "holes as drawn"
         cut = cut if holes else "no holes"
         why = f"{cut}; {own.sheet_stiffness * MM**3:g} N/mm³"
-        parts.append(Part("foam", 1, f"{what}, {sides} mm", why, mass_g=mass))
+        parts.append(Part("foam", 1, f"{what}, {sides} mm{under}", why, mass_g=mass))
     return parts
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+from chladni.host.manufacture.board_parts import ground_holes_mm
 from chladni.sim.board.board import Board
 from chladni.sim.board.catalogue import foot_radius
 from chladni.sim.board.foundation import CutOut
@@ -259,6 +260,8 @@ def _title(board: Board) -> list[str]:
                 f"its holes from below ⌀{_mm(winding.outer):g}, {_mm(board.coils_in_foam):g} deep, "
                 "for the coils"
             )
+        if winding and (deep := ground_holes_mm(board)):
+            rows.append(f"ground plate: holes wider than ⌀{_mm(winding.outer):g}, {deep:g} deep")
     return [
         *rows,
         "1:1, in mm from the plate's middle, seen from above",
