@@ -244,6 +244,15 @@ def test_feet_are_under_the_plate_as_a_whole(prototype: Board) -> None:
     assert board_from_document(document(prototype, springs=feet)).springs
 
 
+def test_a_foot_in_a_round_corner_is_refused(prototype: Board) -> None:
+    """5 mm from both sides of a corner of 8 mm it sticks out by 1.2 mm."""
+    own = document(prototype, springs=[{"at_mm": [30.75, 68.35], "part": "rubber-foot-10x5"}])
+    assert board_from_document(own).springs
+    own["plate"]["corner_radius_mm"] = 8.0
+    with pytest.raises(InputError, match="the plate's corners are round, by 8 mm"):
+        board_from_document(own)
+
+
 def test_feet_stand_clear_of_each_other(prototype: Board) -> None:
     feet = [{"at_mm": [x, 20.0], "part": "rubber-foot-10x5"} for x in (-15.0, -5.1)]
     with pytest.raises(InputError, match=r"springs\[1\].at_mm: .*clear of springs\[0\]"):

@@ -15,7 +15,12 @@ from chladni.sim.board.coil_checks import check_actuators, check_coil, check_dri
 from chladni.sim.board.panel_layer import check_panel
 from chladni.sim.board.parts import EDGE_KINDS, FEATURES, BoardParts
 from chladni.sim.board.quantity import CENTIMETRES, MM, check_ranges, in_mm
-from chladni.sim.board.support_checks import check_foundation, check_supports
+from chladni.sim.board.support_checks import (
+    check_foundation,
+    check_supports,
+    is_rounded_off,
+    said_of_corners,
+)
 from chladni.sim.errors import Faults, InputError, MissingError
 
 FloatArray = NDArray[np.float64]
@@ -129,7 +134,6 @@ def _check_focus(board: BoardParts) -> None:
 
 def _check_places(board: BoardParts) -> None:
     half = np.array(board.plate.size) / 2.0
-    corner = board.plate.corner_radius
     off = [k for k, own in enumerate(board.actuators) if not board.contains(*own.at)]
     hint = "are plate.size_mm millimetres?" if len(off) > 1 else ""
     faults = Faults()
@@ -152,8 +156,7 @@ def _check_places(board: BoardParts) -> None:
     tree, largest = cKDTree(centres), float(radii.max())
     for index, (name, at, radius) in enumerate(discs):
         inside = np.abs(at) + radius < half if radius > 0.0 else np.abs(at) <= half + 1e-9
-        beyond = np.maximum(np.abs(at) - (half - corner), 0.0)
-        rounded_off = np.all(beyond > 0.0) and np.hypot(*beyond) + radius > corner
+        rounded_off = is_rounded_off(board.plate, at, radius)
         if not np.all(inside) or rounded_off:
             what = "magnet" if name.startswith("actuators") else name.split("[")[0].rstrip("s")
             to, (x, y) = "below" if radius > 0.0 else "up to", (half - radius) / MM
@@ -161,7 +164,7 @@ def _check_places(board: BoardParts) -> None:
                 f"{name}.at_mm",
                 in_mm(at),
                 f"a place where the whole {what} is on the plate: |x| {to} {x:g}, |y| {to} {y:g}",
-                hint=f"the plate's corners are round, by {corner / MM:g} mm" if rounded_off else "",
+                hint=said_of_corners(board.plate) if rounded_off else "",
             )
         near = np.sort(tree.query_ball_point(at, (radius + largest) * (1.0 + 1e-9)))
         near = near[near < index]

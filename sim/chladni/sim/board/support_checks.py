@@ -8,7 +8,7 @@ import numpy as np
 
 from chladni.sim.board.catalogue import foot_radius
 from chladni.sim.board.foundation import Foundation
-from chladni.sim.board.parts import SCREW_SUPPORTS, BoardParts
+from chladni.sim.board.parts import SCREW_SUPPORTS, BoardParts, Plate
 from chladni.sim.board.quantity import MM, SAME_PLACE, check_choice, check_ranges, in_mm
 from chladni.sim.errors import ConflictError, InputError, MissingError
 
@@ -72,6 +72,18 @@ def check_supports(board: BoardParts) -> None:
             )
 
 
+def is_rounded_off(plate: Plate, at: tuple[float, float], radius: float) -> bool:
+    """Whether a disc reaches into what the plate's round corners take away."""
+    corner = plate.corner_radius
+    beyond = np.maximum(np.abs(at) - (np.array(plate.size) / 2.0 - corner), 0.0)
+    return bool(np.all(beyond > 0.0) and np.hypot(*beyond) + radius > corner)
+
+
+def said_of_corners(plate: Plate) -> str:
+    """For who placed something there."""
+    return f"the plate's corners are round, by {plate.corner_radius / MM:g} mm"
+
+
 def _check_feet(board: BoardParts) -> None:
     """Feet of a known size stand clear of each other, and of magnets and windings below too.
 
@@ -86,10 +98,12 @@ def _check_feet(board: BoardParts) -> None:
         if radius == 0.0:
             continue
         x, y = (side / 2.0 - radius for side in board.plate.size)
-        if abs(at[0]) > x + SAME_PLACE or abs(at[1]) > y + SAME_PLACE:
+        rounded_off = is_rounded_off(board.plate, at, radius - SAME_PLACE)
+        if abs(at[0]) > x + SAME_PLACE or abs(at[1]) > y + SAME_PLACE or rounded_off:
             limits = f"|x| up to {x / MM:g}, |y| up to {y / MM:g}"
             expected = f"a place where the whole foot is under the plate: {limits}"
-            raise InputError(f"{name}.at_mm", in_mm(at), expected)
+            hint = said_of_corners(board.plate) if rounded_off else ""
+            raise InputError(f"{name}.at_mm", in_mm(at), expected, hint=hint)
         for other, there, reach in (*feet[:index], *(coils if widest else ())):
             apart = float(np.hypot(*np.subtract(at, there)))
             if apart < radius + reach - SAME_PLACE:
