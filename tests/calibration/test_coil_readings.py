@@ -14,11 +14,8 @@ from chladni.calibration.device_readings import REFERENCE
 from chladni.calibration.hidden import HiddenPlate
 from chladni.calibration.sensing import (
     BASE_SAMPLES,
-    MULTIPLES,
     UNIT_HZ,
     CoilReadings,
-    hidden_voltages,
-    turned_inductances,
 )
 from chladni.host.device.device import Device
 from chladni.host.device.wires.link import LinkError
@@ -321,27 +318,6 @@ def test_boards_of_either_chip_have_a_pin_left() -> None:
     taken = dataclasses.replace(board.electronics, pwm_pins=(1, 2, 4, 5, 6, 7, 10, 11))
     with pytest.raises(InputError, match="no pin left to listen with"):
         sensing_settings(dataclasses.replace(board, electronics=taken))
-
-
-def test_flux_is_read_as_it_is(board: Board) -> None:
-    """Of coils 11 mm apart, and with it what moves there, which solving tells."""
-    places = [(-11.0, -10.0), (0.0, -10.0), (11.0, -10.0), (-11.0, 8.0), (0.0, 8.0), (11.0, 8.0)]
-    close = dataclasses.replace(
-        board,
-        actuators=tuple(
-            dataclasses.replace(own, at=(1e-3 * x, 1e-3 * y))
-            for own, (x, y) in zip(board.actuators, places, strict=True)
-        ),
-    )
-    hidden = hidden_plate(close, 1)
-    found = read(close, hidden).high
-    flux = 2j * np.pi * found.hz * turned_inductances(hidden)
-    both = hidden_voltages(hidden, (190,))[0] + flux
-    near = np.abs(flux) > 0.5 * np.abs(flux).max()
-    off = np.linalg.norm(found.volts[near] - both[near])
-    assert off < 0.04 * np.linalg.norm(both[near])
-    assert found.hz == pytest.approx(190 * UNIT_HZ)
-    assert MULTIPLES == (2, 4, 6)
 
 
 def test_the_link_says_what_the_arithmetic_takes() -> None:
