@@ -10,7 +10,7 @@ import pytest
 
 from calibration.small_board import small_board
 from chladni.calibration import fit_board, hidden_plate, read_hidden
-from chladni.calibration.device_readings import REFERENCE
+from chladni.calibration.device_readings import REFERENCE, readings_of
 from chladni.calibration.hidden import HiddenPlate
 from chladni.calibration.sensing import (
     BASE_SAMPLES,
@@ -149,7 +149,7 @@ def test_a_finger_ends_a_reading_at_once(board: Board) -> None:
     [
         ("is_expander_absent", True, "expander missing"),
         ("is_converter_dead", True, "converter fails"),
-        ("is_pin_open", True, "no reference at .* its driver"),
+        ("is_pin_open", True, "noise alone .* sensing pin.* multiplexer"),
     ],
 )
 def test_parts_that_are_missing_are_named(board: Board, fault: str, value: int, said: str) -> None:
@@ -160,6 +160,16 @@ def test_parts_that_are_missing_are_named(board: Board, fault: str, value: int, 
     assert re.search(said, f"{caught.value} {caught.value.hint}")
     emulator.run(30.0)
     assert emulator.run(5.0).duty_steps.max() == 0
+
+
+def test_a_reference_that_is_silent_alone_is_no_matter_of_the_pin(board: Board) -> None:
+    device, _ = device_on(board)
+    heard = sense(device, **ASKED | {"multiple": 190, "settle_ms": 5, "level_q15": 2_000})
+    assert heard is not None
+    silent = [*heard[:-1], dataclasses.replace(heard[-1], steps=0j)]
+    with pytest.raises(InputError, match="no reference at 7604 Hz") as caught:
+        readings_of(board, silent, 1.0)
+    assert f"{board.actuators[0].name}'s driver" in caught.value.hint
 
 
 def test_an_address_line_that_is_stuck_is_noticed(board: Board) -> None:
