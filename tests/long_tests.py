@@ -181,6 +181,7 @@ LONG = (
     "host/test_verdicts.py::test_people_read_it_first_and_programs_by_its_key",
     "host/test_verdicts.py::test_a_board_for_several_is_scored_by_two_fingers_within_tolerances",
     "sim/test_pressed.py::test_fingers_far_apart_press_as_each_alone",
+    "spice/test_bridge_sensing.py",
     "calibration/test_laboratory.py::test_what_is_wrong_is_told_from_the_data[x-x mirrored]",
     "calibration/test_laboratory.py::test_what_is_wrong_is_told_from_the_data[y-y mirrored]",
     "calibration/test_laboratory.py::test_what_is_wrong_is_told_from_the_data[axes-",

@@ -29,7 +29,7 @@ ComplexArray = NDArray[np.complex128]
 
 REFERENCE, REFERENCE_SHARE = 16, 1.0 / 2001.0
 """Listened to as a coil of that number: so much of the first coil's own voltage, by two resistors
-(docs/hardware.md)."""
+(docs/hardware.md). Of a bridge it is twice as much of half of each wave, 1/2002."""
 CLEAR = 6.0
 """Deviations of noise from which something was read."""
 
