@@ -8,8 +8,9 @@ import re
 import numpy as np
 import pytest
 
+from calibration.reading_arithmetic import read_hidden
 from calibration.small_board import small_board
-from chladni.calibration import fit_board, hidden_plate, read_hidden
+from chladni.calibration import fit_board, hidden_plate
 from chladni.calibration.device_readings import REFERENCE, readings_of
 from chladni.calibration.hidden import HiddenPlate
 from chladni.calibration.sensing import (

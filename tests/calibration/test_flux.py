@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from calibration.reading_arithmetic import read_hidden
 from calibration.small_board import small_board
 from chladni.calibration import fit_board, hidden_plate
 from chladni.calibration.flux import MotionReadings
@@ -15,7 +16,6 @@ from chladni.calibration.sensing import (
     MULTIPLES,
     UNIT_HZ,
     hidden_voltages,
-    read_hidden,
     turned_inductances,
 )
 from chladni.host.device.device import Device
