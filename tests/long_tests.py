@@ -19,6 +19,7 @@ LONG = (
     "calibration/test_flux.py::test_all_coils_read_flux_at_one_level",
     "calibration/test_flux.py::test_coils_that_play_quietly_are_read_for_longer",
     "calibration/test_disturbed_readings.py",
+    "calibration/test_unlike_pairs.py",
     "calibration/test_coil_readings.py::test_what_is_too_loud_is_said_and_read_at_half",
     "calibration/test_laboratory.py::test_foam_is_found_in_patches",
     "calibration/test_laboratory.py::test_the_command_writes_the_board",
