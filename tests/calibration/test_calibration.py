@@ -8,8 +8,9 @@ from contextlib import nullcontext
 import numpy as np
 import pytest
 
+from calibration.reading_arithmetic import fitting_share, read_hidden, reading_frequencies
 from calibration.small_board import small_board
-from chladni.calibration import CoilReadings, Truth, fit_board, hidden_plate, read_hidden
+from chladni.calibration import CoilReadings, Truth, fit_board, hidden_plate
 from chladni.calibration.fit import check_this_board
 from chladni.calibration.flux import drawn_inductances, drawn_motion, motion_of, moving_inductance
 from chladni.calibration.hidden import (
@@ -18,7 +19,7 @@ from chladni.calibration.hidden import (
     FORCE,
     HiddenPlate,
 )
-from chladni.calibration.sensing import fitting_share, reading_frequencies, turned_inductances
+from chladni.calibration.sensing import turned_inductances
 from chladni.calibration.unknowns import unknowns_of
 from chladni.calibration.wiring import find_wiring
 from chladni.drives.scoring.tolerances import (

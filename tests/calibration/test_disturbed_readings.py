@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from calibration.reading_arithmetic import read_hidden
 from calibration.small_board import small_board
-from chladni.calibration import hidden_plate, read_hidden
+from chladni.calibration import hidden_plate
 from chladni.calibration.sensing import MOST_SECONDS
 from chladni.host.device.device import Device
 from chladni.host.device.wires.wire import EmulatorWire

@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
+from calibration.reading_arithmetic import read_hidden
+from calibration.small_board import small_board
 from chladni.calibration import fit_board, hidden_plate
 from chladni.calibration.flux import MotionReadings
-from chladni.calibration.sensing import MOST_SECONDS, read_hidden
+from chladni.calibration.sensing import (
+    MOST_SECONDS,
+    MULTIPLES,
+    UNIT_HZ,
+    hidden_voltages,
+    turned_inductances,
+)
 from chladni.host.device.device import Device
 from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.sensed_plate import emulator_on
@@ -72,3 +82,26 @@ def test_coils_that_play_quietly_are_read_for_longer() -> None:
     alike = np.sum(found * expected.conj()) / np.sum(np.abs(expected) ** 2)
     # Three deviations of a reference that is 20 of them, and flux that is told to 1 %.
     assert alike == pytest.approx(1.0, abs=0.16)
+
+
+def test_flux_is_read_as_it_is() -> None:
+    """Of coils 11 mm apart, and with it what moves there, which solving tells."""
+    board = small_board()
+    places = [(-11.0, -10.0), (0.0, -10.0), (11.0, -10.0), (-11.0, 8.0), (0.0, 8.0), (11.0, 8.0)]
+    close = dataclasses.replace(
+        board,
+        actuators=tuple(
+            dataclasses.replace(own, at=(1e-3 * x, 1e-3 * y))
+            for own, (x, y) in zip(board.actuators, places, strict=True)
+        ),
+    )
+    hidden = hidden_plate(close, 1)
+    with Device(EmulatorWire(emulator_on(close, hidden))) as device:
+        found = read_coils(device, close).high
+    flux = 2j * np.pi * found.hz * turned_inductances(hidden)
+    both = hidden_voltages(hidden, (190,))[0] + flux
+    near = np.abs(flux) > 0.5 * np.abs(flux).max()
+    off = np.linalg.norm(found.volts[near] - both[near])
+    assert off < 0.04 * np.linalg.norm(both[near])
+    assert found.hz == pytest.approx(190 * UNIT_HZ)
+    assert MULTIPLES == (2, 4, 6)

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from calibration.reading_arithmetic import read_hidden
 from calibration.small_board import small_board
-from chladni.calibration import hidden_plate, read_hidden
+from chladni.calibration import hidden_plate
 from chladni.calibration.readings_file import load_readings, readings_file
 from chladni.sim.errors import InputError
 

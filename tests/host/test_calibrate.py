@@ -177,6 +177,19 @@ def test_what_an_accelerometer_lacks_is_said(
     assert not output.exists()
 
 
+@pytest.mark.parametrize("named", ["small.toml", "small", "other.toml"])
+def test_the_drawn_board_is_not_written_over(
+    chladni: CommandLine, drawn: Path, tmp_path: Path, named: str
+) -> None:
+    """By whatever name; the next calibration begins with it."""
+    text = drawn.read_bytes()
+    (tmp_path / "other.toml").symlink_to(drawn)
+    emulated = ("--emulator", "--hidden", str(SEED), "--sets", "1")
+    refused = chladni("calibrate", "--board", tmp_path / named, *emulated, "-o", drawn)
+    assert (refused.code, "another file than --board's" in refused.err) == (2, True)
+    assert drawn.read_bytes() == text
+
+
 def test_bad_input_is_named_and_nothing_is_written(
     chladni: CommandLine, drawn: Path, tmp_path: Path
 ) -> None:

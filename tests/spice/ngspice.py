@@ -28,6 +28,8 @@ def simulate(netlist: str, folder: Path, **parameters: float) -> dict[str, float
             rf"^\.param {name}=.*$", f".param {name}={value:.9g}", text, flags=re.MULTILINE
         )
         assert count == 1, f"{netlist}.cir has no .param {name}"
+    for name in re.findall(r"^\.include (.*)$", text, re.MULTILINE):
+        (folder / name).write_text((FOLDER / name).read_text("utf-8"), "utf-8")
     path = folder / f"{netlist}.cir"
     path.write_text(text, "utf-8")
     run = subprocess.run(["ngspice", "-b", str(path)], capture_output=True, text=True, check=False)

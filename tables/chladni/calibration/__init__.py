@@ -4,7 +4,7 @@ from chladni.calibration.fit import BoardFit, Parameter, fit_board
 from chladni.calibration.hearing import Heard, fit_sound
 from chladni.calibration.hidden import HiddenPlate, hidden_plate
 from chladni.calibration.restored import Restored, Truth
-from chladni.calibration.sensing import CoilReadings, read_hidden
+from chladni.calibration.sensing import CoilReadings
 from chladni.calibration.sweep import heard_coils, sweep_duties
 
 __all__ = [
@@ -19,6 +19,5 @@ __all__ = [
     "fit_sound",
     "heard_coils",
     "hidden_plate",
-    "read_hidden",
     "sweep_duties",
 ]

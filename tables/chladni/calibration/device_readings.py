@@ -29,7 +29,7 @@ ComplexArray = NDArray[np.complex128]
 
 REFERENCE, REFERENCE_SHARE = 16, 1.0 / 2001.0
 """Listened to as a coil of that number: so much of the first coil's own voltage, by two resistors
-(docs/hardware.md)."""
+(docs/hardware.md). Of a bridge it is twice as much of half of each wave, 1/2002."""
 CLEAR = 6.0
 """Deviations of noise from which something was read."""
 
@@ -98,11 +98,7 @@ def _read_at(board: Board, heard: Sequence[Heard], multiple: int) -> ReadAt:
     count, hz = len(board.actuators), multiple * UNIT_HZ
     own = [one for one in heard if one.multiple == multiple]
     pairs = {(one.listening, one.playing): one for one in own}
-    reference = next((one for one in own if one.listening == REFERENCE), None)
-    if reference is None or abs(reference.steps) < CLEAR * reference.spread:
-        expected = f"a share of {board.actuators[0].name}'s voltage"
-        hint = "look at its driver and at the resistors that lead to the multiplexer"
-        raise InputError("readings", f"no reference at {hz:.0f} Hz", expected, hint=hint)
+    reference = _reference(board, own, hz)
     # What a volt at a coil makes the device read, its phase and the late converter's with it.
     driver = board.electronics.driver_ohm
     across = duty_volts(board) * (1.0 - driver / coil_impedance(board, hz))
@@ -119,6 +115,33 @@ def _read_at(board: Board, heard: Sequence[Heard], multiple: int) -> ReadAt:
         volts[listening, playing] = one.steps / one.duty / per_ampere
         spread[listening, playing] = one.spread / one.duty / abs(per_ampere)
     return ReadAt(hz, volts, spread)
+
+
+def _reference(board: Board, own: Sequence[Heard], hz: float) -> Heard:
+    """Of what was read at one frequency.
+
+    Raises
+    ------
+    InputError
+        It is silent; says whether everything else is, too.
+    """
+    reference = next((one for one in own if one.listening == REFERENCE), None)
+    if reference is not None and _is_clear(reference):
+        return reference
+    first = board.actuators[0].name
+    if any(_is_clear(one) for one in own):
+        hint = f"look at the resistors from {first} to the CD74HCT4053, and at {first}'s driver"
+        given, expected = f"no reference at {hz:.0f} Hz", f"a share of {first}'s voltage"
+        raise InputError("readings", given, expected, hint=hint)
+    hint = (
+        "look at the wire from the amplifier's output to the sensing pin, "
+        "at the multiplexer's output and at the coils' supply"
+    )
+    raise InputError("readings", f"noise alone at {hz:.0f} Hz", "voltages of coils", hint=hint)
+
+
+def _is_clear(one: Heard) -> bool:
+    return abs(one.steps) >= CLEAR * one.spread
 
 
 def flux_multiple(board: Board) -> int:

@@ -63,6 +63,7 @@ def test_its_parts_are_listed_and_drawn(
     assert sum(own.count for key, own in added.items() if "multiplexer" in key) == multiplexers
     assert added["sensing resistor"].count == resistors
     assert ("nSLEEP pull-up" in added) == (sleeping > 0)
+    assert added["reference resistor"].count == (2 if sleeping else 3)
     # One bridge of a DRV8835 cannot be put to sleep by itself.
     assert not any("DRV8835" in part.value for part in parts_list(board))
     said = [text.get_text() for text in wiring_figure(board).axes[0].texts]

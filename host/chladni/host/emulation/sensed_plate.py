@@ -4,8 +4,8 @@ A duty of one coil makes another read a sum of what the plate's motion and the c
 through the amplifier and its filters. The emulated hardware has it as an impulse response at the
 rate of samples; noise, bend and rounding of the converter are its own. Motion is solved at the
 frequencies that are read. Between them it is a smooth curve, and resonances beyond the last
-are left out; so are the multiplexer's settling and the carrier's residue, which
-`tests/spice/sensing.cir` has.
+are left out; so are the multiplexer's settling and the carrier's residue, which the netlists of
+`tests/spice` have.
 """
 
 from __future__ import annotations

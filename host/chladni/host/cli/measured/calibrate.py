@@ -33,10 +33,10 @@ from chladni.host.cli.common.ranges import within
 from chladni.host.cli.device.connection import Connection, KeyOption, UdpOption
 from chladni.host.cli.measured.ways import Calibrated, heard, in_laboratory, read, shaken, stands
 from chladni.sim.board.board import Board
-from chladni.sim.board.file import load_board
+from chladni.sim.board.file import file_of, load_board, shipped_boards
 from chladni.sim.board.parts import Isolation, Measured, MeasuredValue
 from chladni.sim.board.writing import board_file
-from chladni.sim.errors import ConflictError
+from chladni.sim.errors import ConflictError, InputError
 from chladni.sim.files import write_whole
 
 MOST_SETS = 10_000
@@ -125,6 +125,7 @@ def calibrate(
     kept = {"recording": recording is not None, "measured": measured is not None}
     _check_ways(way, kept, readings, ".json" if accelerometer is None else ".csv")
     begun, drawn = time.monotonic(), load_board(named)
+    _check_kept(named, output)
     if drawn.measured is not None:
         raise ConflictError("--board", "[measured]", hint="calibrate from the board as it is drawn")
     plate = _plate(drawn, hidden, emulator=emulator, microphone=microphone)
@@ -181,6 +182,14 @@ def _for_people(result: dict[str, Any], *, is_scored_on_itself: bool) -> dict[st
         level = rows.pop("level_db")
         told[when] = rows if is_scored_on_itself else rows | {"over_promised_db": level}
     return told
+
+
+def _check_kept(drawn: str, output: Path) -> None:
+    """The drawn board is what the next calibration begins with."""
+    path = file_of(drawn, shipped_boards(), "board", "a board file")
+    if output.exists() and output.samefile(path):
+        hint = "the next calibration needs the board as it is drawn"
+        raise InputError("-o", str(output), "another file than --board's", hint=hint)
 
 
 def _check_ways(

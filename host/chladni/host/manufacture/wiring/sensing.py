@@ -1,4 +1,4 @@
-"""What listens to coils, on the wiring drawing and in the parts list (tests/spice/sensing.cir)."""
+"""What listens to coils, on the wiring drawing and in the parts list (tests/spice has it too)."""
 
 from __future__ import annotations
 
@@ -24,6 +24,11 @@ def sensing_parts(board: Board) -> tuple[Part, ...]:
         if is_bridge
         else Part("multiplexer, 16 to 1", 1, "CD74HCT4067, 5 V", "the drains; 5 V is the other end")
     )
+    reference = (
+        Part("reference resistor", 2, "100 Ω, 100 kΩ", "1/1001 of the first coil's OUT1; 1 %")
+        if is_bridge
+        else Part("reference resistor", 3, "100 Ω, 2 × 100 kΩ", "1/2001 of the first coil; 1 %")
+    )
     sleeping = (
         (
             Part("nSLEEP pull-up", count, "10 kΩ", "bridges are awake unless the expander says so"),
@@ -44,10 +49,9 @@ def sensing_parts(board: Board) -> tuple[Part, ...]:
         Part("operational amplifier", 1, "MCP6022, 3.3 V",
              "−10 times, two poles at 15.8 kHz; its other half makes 1.3 V"),
         Part("sensing resistor", ends, "10 kΩ", "5.5 V into a multiplexer of 5 V: 50 µA"),
-        Part("reference resistor", 3, "100 Ω, 2 × 100 kΩ",
-             "1/2001 of the first coil's voltage; 1 %"),
+        reference,
         Part("amplifier resistor", 9, "2.61 kΩ, 3 × 1 kΩ, 10 kΩ, 2 × 150 kΩ, 13 kΩ, 20 kΩ",
-             "tests/spice/sensing.cir; the last two make 1.3 V"),
+             "tests/spice/amplifier.cir; the last two make 1.3 V"),
         Part("amplifier capacitor", 8, "2 × 1 nF, 2 × 100 nF, 15 nF, 680 pF, 10 nF, 100 nF",
              "the same; C0G where below 100 nF"),
         *sleeping,
