@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import threading
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +24,7 @@ from chladni.host.emulation.sensed_plate import emulator_on
 from chladni.sim.board.file import load_board
 from chladni.sim.board.fingers import Focus
 from chladni.sim.board.parts import Isolation
-from chladni.sim.board.writing import board_file
+from chladni.sim.board.writing import board_file, measured_file
 from conftest import CommandLine
 
 SEED = 4
@@ -80,9 +81,9 @@ def test_a_board_is_calibrated_and_its_file_is_one(
     assert {own.name for own in board.measured.values} >= {"foam"}
     assert output.read_text(encoding="utf-8").startswith("# small as it was measured")
     shown = chladni("board", "show", output, "--json").json
-    assert shown["measured"]["foam"] == pytest.approx(foam["value"])
+    assert shown["measured"]["foam"] == float(f"{foam['value']:.5g}")
     told = [shown[key]["fingers_2_db"] for key in ("measured_before", "measured_after")]
-    assert told == pytest.approx([before["median"], after["median"]])
+    assert told == [float(f"{own['median']:.5g}") for own in (before, after)]
     assert [board.measured.before, board.measured.after] == [Isolation(own) for own in told]
     assert shown["measured_by"] == f"{board.measured.by}, {board.measured.date}"
     again = chladni(
@@ -90,6 +91,20 @@ def test_a_board_is_calibrated_and_its_file_is_one(
     )
     assert again.code == 2
     assert "calibrate from the board as it is drawn" in again.err
+
+
+def test_measured_values_have_five_digits_and_drawn_ones_all_of_theirs() -> None:
+    board = small_board()
+    drawn = dataclasses.replace(
+        board, plate=dataclasses.replace(board.plate, poissons_ratio=0.312345678)
+    )
+    plate = dataclasses.replace(drawn.plate, thickness=0.98372618e-3)
+    coils = tuple(dataclasses.replace(own, trim_db=-1.23456789) for own in drawn.actuators)
+    measured = dataclasses.replace(drawn, plate=plate, actuators=coils)
+    written = tomllib.loads(measured_file(drawn, measured).decode())
+    assert written["plate"]["thickness_mm"] == 0.98373
+    assert {own["trim_db"] for own in written["actuators"]} == {-1.2346}
+    assert written["plate"]["poissons_ratio"] == 0.312345678
 
 
 def test_a_plate_that_a_file_describes_is_found(

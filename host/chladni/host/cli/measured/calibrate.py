@@ -35,7 +35,7 @@ from chladni.host.cli.measured.ways import Calibrated, heard, in_laboratory, rea
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.parts import Isolation, Measured, MeasuredValue
-from chladni.sim.board.writing import board_file
+from chladni.sim.board.writing import measured_file
 from chladni.sim.errors import ConflictError
 from chladni.sim.files import write_whole
 
@@ -143,7 +143,7 @@ def calibrate(
         found = heard(drawn, plate, recording)
     before, after = _scores(drawn, found.board, plate, sets)
     known = _with_origin(found, before.isolation(drawn), after.isolation(drawn))
-    write_whole(output, board_file(known, _about(drawn, found)))
+    write_whole(output, measured_file(drawn, known, _about(drawn, found)))
     if figure is not None:
         # What draws takes a third of a second to load.
         from chladni.host.figures.calibration import calibration_figure  # noqa: PLC0415
