@@ -273,6 +273,7 @@ def test_micrometres_stand_beside_decibels() -> None:
     assert " dB after (over 20 pairs, with the solver's drives). Each gets " in told
     um = truth.fingers_um
     assert f" µm before, {um.median:.2g} after, {um.p10:.2g} at the worst tenth." in told
+    assert told.endswith("its thickness and modulus go together, and are not told apart.")
 
 
 def test_a_file_keeps_one_finger_where_focus_is_what_its_board_is_for() -> None:

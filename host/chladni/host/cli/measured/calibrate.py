@@ -40,6 +40,10 @@ from chladni.sim.errors import ConflictError
 from chladni.sim.files import write_whole
 
 MOST_SETS = 10_000
+NONE_TOLD_APART = (
+    "The file has the coils' forces, and a sheet that fits the readings: its thickness and modulus "
+    "go together, and are not told apart."
+)
 LEAST_GRAMS, MOST_GRAMS = 0.01, 100.0
 
 
@@ -284,5 +288,5 @@ def verdict(drawn: Board, found: Calibrated, before: Restored, after: Restored, 
             else f"Each gets {um.median:.2g} µm, {um.p10:.2g} at the worst tenth."
         ]
     sentences += _faults(found)
-    sentences += [f"Measured: {', '.join(told)}."] if told else ["Nothing was told."]
+    sentences += [f"Measured: {', '.join(told)}." if told else NONE_TOLD_APART]
     return " ".join(sentences)
