@@ -24,6 +24,7 @@ from chladni.sim.fields.transfer import disc_fields, transfer_fields
 from chladni.sim.image.finger import dynamic_stiffness
 from chladni.tables import build_table
 from chladni.tables.build import board_drives
+from chladni.tables.felt_survey import survey_of
 from chladni.tables.report import TableReport
 from chladni.tables.stored_regions import stored_regions
 from chladni.tables.table import Table
@@ -160,6 +161,14 @@ def test_tables_for_a_pressing_finger_store_other_drives(prototype: Board) -> No
         for is_pressing in (False, True)
     )
     assert np.abs(plain.synchronised.drives - aware.synchronised.drives).max() > 0.01
+
+
+def test_a_table_for_focus_is_not_told_that_ssim_is_no_focus(prototype: Board) -> None:
+    board = dataclasses.replace(prototype, regions=Regions(pitch=24e-3), image=Image((31, 61)))
+    solved, regions = solved_board(board), stored_regions(board)
+    (drives,) = board_drives(solved, regions, (160.0,), Options("ssim", 1, None), with_finger=False)
+    assert "SSIM alone is no focus" in (survey_of(drives).remark or "")
+    assert survey_of(dataclasses.replace(drives, objective="focus")).remark is None
 
 
 def test_solving_again_finds_the_same_numbers(prototype: Board) -> None:

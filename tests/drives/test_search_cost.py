@@ -16,6 +16,7 @@ from chladni.drives.solve import solve
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Image
 from chladni.sim.board.writing import board_file
+from chladni.sim.cost import Cost, begin
 from chladni.sim.errors import InputError
 from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.image.energy import compose
@@ -78,6 +79,19 @@ def test_a_field_is_counted_too(chladni: CommandLine, prototype: Board, tmp_path
     least = 16 + 8 + 16 + 8  # a response and its image, and both as they are written
     counted = field_cost(with_points(prototype, 401, 801)).bytes / (401 * 801)
     assert least < counted < 3 * least
+    # An image that is usual is written in less than a second; 2 million points were 3.5 s.
+    assert field_cost(prototype).seconds < 0.5
+    assert 2.0 < field_cost(with_points(prototype, 1001, 2001)).seconds < 7.0
+
+
+def test_what_takes_memory_is_announced_without_a_time_that_no_one_knows(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    caplog.set_level("INFO", "chladni")
+    begin(Cost("a survey", 0.6e9, 0.0, "samples"))
+    begin(Cost("another", 0.4e9, 0.5, "samples"))
+    begin(Cost("a field", 0.1e9, 12.0, "image.points"))
+    assert caplog.messages == ["a survey: about 0.6 GB", "a field: about 12 s and 0.1 GB"]
 
 
 def test_a_board_is_scored_for_a_focus_on_less(

@@ -10,10 +10,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chladni.drives.scoring.sensitivity import MODULUS, PLACES, THICKNESS, sensitivity
+from chladni.drives.scoring.sensitivity import (
+    MODULUS,
+    PLACES,
+    THICKNESS,
+    Influence,
+    sensitivity,
+)
 from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
 from chladni.drives.scoring.several_fingers.fingers_sensitivity import fingers_sensitivity
 from chladni.drives.scoring.tolerances import FORCE
+from chladni.host.cli.common.tolerance_verdicts import of_tolerances
+from chladni.host.figures.boards import sensitivity_figure
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board, shipped_boards
 from chladni.sim.board.foundation import Foundation
@@ -89,8 +97,11 @@ def test_the_command_sorts_and_draws(chladni: CommandLine, tmp_path: Path) -> No
     levels = [row["level_db"] for row in rows]
     assert levels == sorted(levels, reverse=True)
     assert figure.stat().st_size > 10_000
-    first = max(rows, key=lambda row: max(row["level_db"], -row["second_finger_db"]))
-    assert answer.json["verdict"].startswith(f"Measure {first['name']} first: within its tolerance")
+    verdict = answer.json["verdict"]
+    assert verdict.startswith(f"Measure {rows[0]['name']} first: within tolerance (±10 %)")
+    # Coils do not tell it (docs/calibrate.md).
+    assert "Callipers tell it" in verdict
+    assert "finds" not in verdict
     refused = chladni("board", "sensitivity", "paper", "--figure", tmp_path / "s.txt")
     assert refused.code == 2
 
@@ -110,7 +121,19 @@ def test_a_board_for_fingers_is_rated_by_what_two_of_them_get(
     assert lost[0] < -1.0
     (forces,) = [row for row in rows if row["name"] == "coils' forces"]
     assert 0.0 < forces["level_db"] < 4.0 * 20.0 * np.log10(1.0 + FORCE)
-    assert "from two fingers' isolation at the worst tenth" in answer.json["verdict"]
+    verdict = answer.json["verdict"]
+    assert verdict.startswith("Measure foam first, if its stiffness is a data sheet's")
+    assert f"`chladni calibrate --board {copy}` finds it. Then {rows[0]['name']}: " in verdict
+    assert "two fingers' isolation at the worst tenth falls by up to" in verdict
+
+
+def test_the_figure_of_tolerances_says_what_to_measure_first() -> None:
+    influences = [Influence("screws", "rigid to nylon", 8.0, ssim=-0.1, second_finger_db=-1.0)]
+    verdict = of_tolerances(influences, "own.toml")
+    title = sensitivity_figure("own", influences, verdict).get_suptitle()
+    assert "Measure screws first: within tolerance (rigid to nylon)" in title
+    assert verdict.endswith("`chladni calibrate --board own.toml` finds them.")
+    assert "calibrate" not in of_tolerances(influences, None)  # it was measured
 
 
 def test_isolation_lost_is_of_the_worst_tenth_as_fingers_has_it() -> None:

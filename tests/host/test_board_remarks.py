@@ -107,7 +107,8 @@ def test_a_plate_that_resonates_among_effects_is_remarked_on(
     [
         ((71.5, 146.7), 0, ""),
         ((61.0, 130.0), 0, ""),
-        ((85.0, 160.0), 0, ""),
+        ((76.0, 152.0), 0, ""),
+        ((80.5, 156.0), 0, "is panel.size_mm of another board?"),
         ((54.0, 94.0), 0, "is panel.size_mm of another board?"),
         ((120.0, 200.0), 0, "is panel.size_mm of another board?"),
         ((71.5, 146.7), 90, "is it to be turned, by panel.rotation_deg?"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import threading
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +29,7 @@ from chladni.host.measuring.accelerometer import read_motions
 from chladni.sim.board.file import load_board
 from chladni.sim.board.fingers import Focus
 from chladni.sim.board.parts import Isolation
-from chladni.sim.board.writing import board_file
+from chladni.sim.board.writing import board_file, measured_file
 from conftest import CommandLine
 
 SEED = 4
@@ -85,9 +86,9 @@ def test_a_board_is_calibrated_and_its_file_is_one(
     assert {own.name for own in board.measured.values} >= {"foam"}
     assert output.read_text(encoding="utf-8").startswith("# small as it was measured")
     shown = chladni("board", "show", output, "--json").json
-    assert shown["measured"]["foam"] == pytest.approx(foam["value"])
+    assert shown["measured"]["foam"] == float(f"{foam['value']:.5g}")
     told = [shown[key]["fingers_2_db"] for key in ("measured_before", "measured_after")]
-    assert told == pytest.approx([before["median"], after["median"]])
+    assert told == [float(f"{own['median']:.5g}") for own in (before, after)]
     assert [board.measured.before, board.measured.after] == [Isolation(own) for own in told]
     assert shown["measured_by"] == f"{board.measured.by}, {board.measured.date}"
     again = chladni(
@@ -95,6 +96,20 @@ def test_a_board_is_calibrated_and_its_file_is_one(
     )
     assert again.code == 2
     assert "calibrate from the board as it is drawn" in again.err
+
+
+def test_measured_values_have_five_digits_and_drawn_ones_all_of_theirs() -> None:
+    board = small_board()
+    drawn = dataclasses.replace(
+        board, plate=dataclasses.replace(board.plate, poissons_ratio=0.312345678)
+    )
+    plate = dataclasses.replace(drawn.plate, thickness=0.98372618e-3)
+    coils = tuple(dataclasses.replace(own, trim_db=-1.23456789) for own in drawn.actuators)
+    measured = dataclasses.replace(drawn, plate=plate, actuators=coils)
+    written = tomllib.loads(measured_file(drawn, measured).decode())
+    assert written["plate"]["thickness_mm"] == 0.98373
+    assert {own["trim_db"] for own in written["actuators"]} == {-1.2346}
+    assert written["plate"]["poissons_ratio"] == 0.312345678
 
 
 def test_a_plate_that_a_file_describes_is_found(
@@ -286,6 +301,7 @@ def test_micrometres_stand_beside_decibels() -> None:
     assert " dB after (over 20 pairs, with the solver's drives). Each gets " in told
     um = truth.fingers_um
     assert f" µm before, {um.median:.2g} after, {um.p10:.2g} at the worst tenth." in told
+    assert told.endswith("its thickness and modulus go together, and are not told apart.")
 
 
 def test_a_file_keeps_one_finger_where_focus_is_what_its_board_is_for() -> None:

@@ -202,6 +202,7 @@ def test_a_pair_may_be_called_two_fingers_and_is_told_to_overlap(chladni: Comman
     assert (near.code, apart.code) == (0, 0)
     assert "fingertips are 12 mm apart or more, and these are 6: they overlap" in near.err
     assert "overlap" not in apart.err
+    assert "as drawn: two fingers" in apart.out
 
 
 def test_a_score_of_a_board_for_several_shows_pairs() -> None:

@@ -252,6 +252,22 @@ def test_a_search_says_early_where_it_is_and_estimates_by_its_last_pieces(
     ]
 
 
+def test_a_table_is_estimated_by_what_comes_after_its_first_batch(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A first region and then ten seconds of other work: 7462 s were told of 100."""
+    now = [0.0]
+    monkeypatch.setattr(output, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    with output.progress_bar("solving", batch=16) as progress:
+        for at_s, done in ((15.0, 1), (25.0, 2), (25.5, 17), (33.5, 81), (35.5, 97)):
+            now[0] = at_s
+            progress(done, 748)
+    assert capsys.readouterr().err.splitlines() == [
+        "chladni: solving: 2 of 748 so far",
+        "chladni: solving: 97 of 748, about 81 s are left",
+    ]
+
+
 def test_no_more_time_is_told_than_work_has(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

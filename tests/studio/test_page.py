@@ -15,6 +15,7 @@ from chladni.host.emulation.closed_loop import LoopReport, run_loop
 from chladni.host.emulation.emulator import TouchEvent
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
+from chladni.sim.image.finger import NOTICED_DB
 from chladni.tables.report import TableReport
 from chladni.tables.table import Table
 from conftest import ROOT
@@ -275,6 +276,11 @@ def _lightness(
     return np.asarray(
         np.where(luminance > 0.008856, 116.0 * np.cbrt(luminance) - 16.0, 903.3 * luminance)
     )
+
+
+def test_the_page_has_the_level_that_fingers_notice() -> None:
+    rows = ROOT / "host" / "chladni" / "host" / "studio" / "page" / "scorecard.js"
+    assert f'"above {NOTICED_DB:g} dB: felt more here than elsewhere"' in rows.read_text("utf-8")
 
 
 def test_nothing_of_the_page_comes_from_elsewhere() -> None:

@@ -10,11 +10,13 @@ import pytest
 
 import chladni.host
 from chladni.sim.board.board import Board
+from chladni.sim.board.parts import Measured
 from chladni.sim.board.writing import board_file
 from chladni.sim.errors import ChladniError, InputError
 from chladni.tables import board_for, difference, pack, verify_table
 from chladni.tables.report import TableReport
 from chladni.tables.table import Table
+from conftest import CommandLine
 
 
 @pytest.fixture
@@ -77,6 +79,27 @@ def test_a_board_file_beside_its_table_is_found(
     # A shipped name is what it was, whatever lies beside.
     (tmp_path / "prototype.toml").write_text("name = 3", encoding="utf-8")
     assert board_for(table, file=str(tmp_path / "t.chl")) == prototype
+
+
+def test_a_measured_board_beside_its_table_is_found_under_a_shipped_name(
+    coarse_table: tuple[Table, TableReport],
+    prototype: Board,
+    tmp_path: Path,
+    chladni: CommandLine,
+) -> None:
+    measured = dataclasses.replace(
+        prototype,
+        plate=dataclasses.replace(prototype.plate, thickness=1.02e-3),
+        measured=Measured("coils", "2026-11-26", ()),
+    )
+    own = dataclasses.replace(coarse_table[0], board_fingerprint=measured.fingerprint())
+    file = tmp_path / "t.chl"
+    file.write_bytes(pack(own))
+    (tmp_path / "t.toml").write_bytes(board_file(measured))
+    assert board_for(own, file=str(file)) == measured
+    assert "prototype, as measured" in chladni("table", "show", file).out
+    (tmp_path / "t.toml").unlink()
+    assert "as measured" not in chladni("table", "show", file).out
 
 
 def test_the_old_name_of_board_for_warns_and_works(table: Table, prototype: Board) -> None:

@@ -9,8 +9,8 @@ from chladni.sim.errors import TooLargeError
 
 MOST_BYTES = 2e9
 """What needs more is refused, unless it is allowed."""
-ANNOUNCED_SECONDS = 1.0
-"""What takes longer is announced."""
+ANNOUNCED_SECONDS, ANNOUNCED_BYTES = 1.0, 0.5e9
+"""What takes longer or needs more is announced."""
 
 log = logging.getLogger("chladni")
 
@@ -37,7 +37,8 @@ class Cost:
     lower: str
 
     def __str__(self) -> str:
-        return f"{self.what}: about {self.seconds:.0f} s and {self.bytes / 1e9:.1f} GB"
+        seconds = f"{self.seconds:.0f} s and " if self.seconds > ANNOUNCED_SECONDS else ""
+        return f"{self.what}: about {seconds}{self.bytes / 1e9:.1f} GB"
 
 
 class _Permission:
@@ -57,7 +58,7 @@ def is_too_large(cost: Cost) -> bool:
 
 
 def begin(cost: Cost) -> None:
-    """Refuse a computation that is too large, and announce one that takes time.
+    """Refuse a computation that is too large, and announce one that takes time or memory.
 
     Raises
     ------
@@ -66,5 +67,5 @@ def begin(cost: Cost) -> None:
     """
     if is_too_large(cost):
         raise TooLargeError(cost.what, cost.bytes, MOST_BYTES, cost.lower)
-    if cost.seconds > ANNOUNCED_SECONDS:
+    if cost.seconds > ANNOUNCED_SECONDS or cost.bytes > ANNOUNCED_BYTES:
         log.info("%s", cost)

@@ -35,7 +35,8 @@ class FeltSurvey:
     looks_better_than_it_is
         Places with an SSIM above 0.9 and the maximum more than 12 mm from the finger.
     remark
-        A sentence about them; None if there are none.
+        A sentence about them; None if there are none, and of drives of `focus`, which leave SSIM
+        out.
     """
 
     places: int
@@ -88,9 +89,10 @@ def survey_of(drives: OneFrequency) -> FeltSurvey:
         for problem, (_, score) in zip(problems, found, strict=True)
         if disagreement(*score, 0.0) is not None
     ]
-    focused = None
+    told = None
     if drives.objective != "focus":
         focused = sum(focuses(one, "focus") for one in misled)
+        told = remark(len(misled), len(found), focused)
     return FeltSurvey(
         places=len(found),
         finger_um=Spread.of(levels) if levels else None,
@@ -100,5 +102,5 @@ def survey_of(drives: OneFrequency) -> FeltSurvey:
         finger_load=load_spreads([one.finger_load for one, _ in found]),
         ssim_pressed=Spread.of([score[0] + one.finger_load.ssim for one, score in found]),
         looks_better_than_it_is=len(misled),
-        remark=remark(len(misled), len(found), focused),
+        remark=told,
     )

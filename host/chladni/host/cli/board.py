@@ -47,7 +47,7 @@ from chladni.host.cli.common.output import (
     say_unmet,
     write_figure,
 )
-from chladni.host.cli.common.verdicts import of_tolerances
+from chladni.host.cli.common.tolerance_verdicts import of_tolerances
 from chladni.host.cli.measured.refit import board_refit
 from chladni.host.manufacture.board_parts import board_parts, moving_mass_g, sheet_of
 from chladni.host.manufacture.drawing import board_drawing
@@ -142,14 +142,15 @@ def board_sensitivity(
         influences = of_parts(loaded, seed=seed, progress=progress)
     fields = solved_board(loaded).fields
     say_unmet(fields.error_estimate, fields.tolerance)
+    verdict = of_tolerances(influences, None if loaded.measured else board)
     if figure is not None:
         from chladni.host.figures.boards import sensitivity_figure  # noqa: PLC0415
 
-        write_figure(sensitivity_figure(loaded.name, influences), figure)
+        write_figure(sensitivity_figure(loaded.name, influences, verdict), figure)
     # Of one finger or of several: each has numbers that the other has not.
     rows = [{k: v for k, v in asdict(one).items() if v is not None} for one in influences]
     result = {
-        "verdict": of_tolerances(influences, None if loaded.measured else board),
+        "verdict": verdict,
         "name": loaded.name,
         "places": min(PLACES, region_grid(loaded).count),
         "error_estimate": fields.error_estimate,

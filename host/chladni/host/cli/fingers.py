@@ -190,7 +190,7 @@ def fingers(
         "seconds": score.seconds,
     }
     result |= {"counts": counts} if as_json else _by_number(counts)
-    title = f"{loaded.name}: several fingers{', by the pins' * is_played}"
+    title = f"{loaded.name}, {loaded.known_as}: several fingers{', by the pins' * is_played}"
     answer(result, as_json=as_json, title=title)
     if not as_json:
         say_tones(board, loaded)
@@ -252,7 +252,7 @@ def _tell_pair(
         for one, other in zip(rows, "BA", strict=True)
     ]
     result = {"verdict": ". ".join(told) + ".", "name": board.name, "newtons": numbers[1]}
-    title = f"{board.name}: two fingers{', by the pins' if played else ''}"
+    title = f"{board.name}, {board.known_as}: two fingers{', by the pins' if played else ''}"
     answer(result | {"fingers": rows}, as_json=as_json, title=title)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
@@ -120,8 +121,16 @@ def show(
             result |= _responses_at(TableResponses(loaded.regions, known), place)
     if not as_json:
         result["board_fingerprint"] = fingerprint_text(loaded.board_fingerprint)
+        result["board_name"] = _named(loaded, board, file=str(table))
         result = {key: value for key, value in result.items() if value != []}
     answer(result, as_json=as_json, title=str(table))
+
+
+def _named(table: Table, board: str | None, *, file: str) -> str:
+    """A table's board, and how its values are known; a table shows without its board, too."""
+    with suppress(InputError):
+        return f"{table.board_name}, {board_for(table, board, file=file).known_as}"
+    return table.board_name
 
 
 def _header(section: Section | None, known: ResponsesSection | None) -> dict[str, Any]:

@@ -10,6 +10,7 @@ import typer
 
 from chladni.drives.checkpoint import remove_checkpoint
 from chladni.drives.methods import SEED
+from chladni.drives.problem.problem import TOGETHER
 from chladni.drives.solve import check_request
 from chladni.host.cli.common.drive_options import OwnObjectiveOption
 from chladni.host.cli.common.options import (
@@ -81,7 +82,7 @@ def build(
         raise InputError("--bits", bits, one_of_bits())
     loaded = load_board(board)
     partial = output.with_name(output.name + PARTIAL)
-    with progress_bar("solving", kept=partial) as progress:
+    with progress_bar("solving", kept=partial, batch=TOGETHER) as progress:
         table, drives, responses = build_for(
             loaded,
             kind,

@@ -45,9 +45,9 @@ PANELS = (
 )
 
 
-def sensitivity_figure(name: str, influences: Sequence[Influence]) -> Figure:
-    """Bars per parameter, the largest on top; one panel a number."""
-    figure = Figure(figsize=(10.0, 0.42 * len(influences) + 1.4), layout="constrained")
+def sensitivity_figure(name: str, influences: Sequence[Influence], verdict: str = "") -> Figure:
+    """Bars per parameter, the largest on top; one panel a number; what it comes to above them."""
+    figure = Figure(figsize=(10.0, 0.42 * len(influences) + 1.6), layout="constrained")
     known = [panel for panel in PANELS if getattr(influences[0], panel[0]) is not None]
     panels = figure.subplots(1, len(known), sharey=True)
     rows = np.arange(len(influences))
@@ -71,7 +71,8 @@ def sensitivity_figure(name: str, influences: Sequence[Influence]) -> Figure:
             )
     panels[0].set_yticks(rows, [f"{one.name}\n{one.tolerance}" for one in influences], fontsize=8)
     panels[0].invert_yaxis()
-    figure.suptitle(f"{name}: what each part does within its tolerance", fontsize=11, color=INK)
+    title = f"{name}: what each part does within its tolerance"
+    figure.suptitle(with_verdict(figure, title, verdict), fontsize=10, color=INK)
     return figure
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import zip_longest
 from typing import Any
 
 import tomlkit
@@ -11,14 +12,36 @@ from chladni.sim.board.board import Board, to_document
 
 CHOICES = ("pwm_pins", "focus", "fingers")
 """No pins, and blocks that say by being there what tables are for."""
+MEASURED_DIGITS = 5
+"""Significant: no value of a board is measured to 0.01 %."""
 LEFT_OUT = "A key that is not here has its default: boards/template.toml explains them all."
 
 
 def board_file(board: Board, about: Sequence[str] = ()) -> bytes:
     """A board's file, with lines of comment on top."""
+    return _file(to_document(board), about)
+
+
+def measured_file(drawn: Board, measured: Board, about: Sequence[str] = ()) -> bytes:
+    """A measured board's file: what differs from the drawn board has `MEASURED_DIGITS`."""
+    return _file(_rounded(to_document(measured), to_document(drawn)), about)
+
+
+def _file(document: dict[str, Any], about: Sequence[str]) -> bytes:
     head = "".join(f"# {line}\n" for line in (*about, LEFT_OUT))
-    text = tomlkit.dumps(_without_empty(to_document(board)))
-    return f"{head}\n{text}".encode()
+    return f"{head}\n{tomlkit.dumps(_without_empty(document))}".encode()
+
+
+def _rounded(value: Any, drawn: Any) -> Any:
+    if value == drawn:
+        return value
+    if isinstance(value, dict):
+        own = drawn if isinstance(drawn, dict) else {}
+        return {k: _rounded(v, own.get(k)) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        parts = drawn if isinstance(drawn, list | tuple) else ()
+        return [_rounded(*pair) for pair in zip_longest(value, parts[: len(value)])]
+    return float(f"{value:.{MEASURED_DIGITS}g}") if isinstance(value, float) else value
 
 
 def refitted(text: str, foam: float) -> bytes:

@@ -51,15 +51,29 @@ def board_for(table: Table, board: str | Path | None = None, *, file: str | None
 def known_board(table: Table, file: str | None) -> str | Path | None:
     """What names a table's board: a shipped one's name, or its file beside the table's.
 
-    A file beside is of the table's own name, or of the board's; a SPEC of a design is none.
+    A file beside is of the table's own name, or of the board's; a SPEC of a design is none. Where
+    there are several, it is the first that the table was made for: a measured board keeps the name
+    of a shipped one.
     """
+    found: list[str | Path] = []
     if table.board_name in shipped_boards():
-        return table.board_name
-    if file is None:
-        return None
-    own = Path(file)
-    beside = [own.with_suffix(".toml"), own.with_name(f"{table.board_name}.toml")]
-    return next((path for path in beside if path.is_file() and not _is_spec(path)), None)
+        found.append(table.board_name)
+    if file is not None:
+        own = Path(file)
+        beside = dict.fromkeys(
+            (own.with_suffix(".toml"), own.with_name(f"{table.board_name}.toml"))
+        )
+        found += [path for path in beside if path.is_file() and not _is_spec(path)]
+    if len(found) > 1:
+        return next((one for one in found if _is_of(table, one)), found[0])
+    return found[0] if found else None
+
+
+def _is_of(table: Table, board: str | Path) -> bool:
+    try:
+        return _is_its_board(table, load_board(board))
+    except InputError:
+        return False
 
 
 def _is_spec(path: Path) -> bool:

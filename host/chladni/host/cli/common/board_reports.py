@@ -94,8 +94,9 @@ LONG_PIXEL = 2.0
 """Sides of a panel's pixel; those of panels that are sold are squares."""
 LONG_STEP = 1.5
 """Between points of an image, along one side over along the other; rounding makes a tenth."""
-LEAST_SENSED, MOST_SENSED = 0.6, 1.6
-"""Of a plate: what a panel that can be bought senses at least, and how large it is at most."""
+LEAST_SENSED, MOST_SENSED = 0.6, 1.15
+"""Of a plate: what a panel that can be bought senses at least, and how large it is at most. One for
+90 × 170 mm that was left in the file of a plate of 80 × 160 is 1.2."""
 TURNED = 1.2
 """Times as much, that a panel would sense of the plate if it were turned."""
 NEAR_MODE = 0.1

@@ -202,18 +202,20 @@ class _Lines:
     What is left is estimated by the pieces since the line before: a machine gets other work.
     """
 
-    def __init__(self, label: str, limit_s: float | None) -> None:
+    def __init__(self, label: str, limit_s: float | None, batch: int) -> None:
         self._label, self._begun, self._due_s = label, time.monotonic(), FIRST_LINE_S
-        self._limit_s = limit_s or math.inf
+        self._limit_s, self._batch = limit_s or math.inf, batch
         self._total, self._is_told = 0, False
         # Before the first piece plates are solved and processes begin, and an earlier run may have
         # done a part: neither says how long the other pieces take.
-        self._from_s, self._from_done = 0.0, 0
+        self._from_s, self._from_done, self._first = 0.0, 0, 0
 
     def tell(self, done: int, total: int) -> None:
         passed = time.monotonic() - self._begun
         if total != self._total or passed < KEPT_S or not done:
-            self._from_s, self._from_done, self._total = passed, done, total
+            self._first, self._total = done, total
+        if done - self._first <= self._batch:
+            self._from_s, self._from_done = passed, done
         if not done:
             self._due_s = SOON_S
         if passed < self._due_s or done >= total:
@@ -236,6 +238,7 @@ def progress_bar(
     *,
     kept: Path | Callable[[], bool] | bool | None = None,
     limit_s: float | None = None,
+    batch: int = 0,
 ) -> Iterator[Callable[[int, int], None]]:
     """A callback (done, all) that draws a bar on stderr, or writes lines if that is no terminal.
 
@@ -247,6 +250,8 @@ def progress_bar(
         same command goes on from it.
     limit_s
         Seconds after which the work ends early; no estimate is longer.
+    batch
+        Pieces that are prepared together: the first so many say nothing of the others' time.
 
     Raises
     ------
@@ -260,7 +265,7 @@ def progress_bar(
         TimeRemainingColumn(),
     )
     console = Console(stderr=True)
-    lines = _Lines(label, limit_s)
+    lines = _Lines(label, limit_s, batch)
 
     def tell(done: int, total: int) -> None:
         bar.update(task, completed=done, total=total)

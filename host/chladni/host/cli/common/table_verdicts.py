@@ -18,29 +18,39 @@ def of_table(
     second_finger_db: float | None = None,
     for_fingers: bool = False,
 ) -> str:
-    """What a table of drives is for; whether it focuses is mostly another command's to say.
+    """What a table of drives is for, and whether drives of `focus` do so.
 
     Parameters
     ----------
+    misled, places
+        At how many of the places that were looked at the maximum is elsewhere.
     second_finger_db
-        What another finger 20 mm away gets less than the finger, at the median, if known.
+        What another finger 20 mm away gets less than the finger, at their median, if known.
     for_fingers
         Whether the table has responses too: then drives that do not focus only cost level.
     """
     if objective == "focus":
         told = "Its drives are those that focus best."
-        if for_fingers and second_finger_db is not None and second_finger_db < NOTICED_DB:
+        if second_finger_db is not None and second_finger_db < NOTICED_DB:
             told += (
-                " They do not focus (another finger 20 mm away gets "
-                f"{less_of(second_finger_db)} at the median) and are quieter for trying. "
-                "`--for fingers`, or a board file without [focus], gives one finger alone the "
-                "loudest drive."
+                f" They do not focus: another finger 20 mm away gets {less_of(second_finger_db)} "
+                f"at the median of {places} places. {FOR_BOTH if for_fingers else FOR_ONE}"
             )
     elif misled:
         told = f"At {misled} of {places} places its maximum is more than 12 mm from the finger."
     else:
         told = f"Its drives are best at {objective}."
-    return f"{told} `chladni table score` says what fingers feel of it."
+    return f"{told} `chladni table score` says what fingers feel of it, at all places."
+
+
+FOR_BOTH = (
+    "They are quieter for trying: `--for fingers`, or a board file without [focus], gives one "
+    "finger alone the loudest drive."
+)
+FOR_ONE = (
+    "`chladni board score` says what would help; `--for fingers` makes a table that keeps several "
+    "fingers apart, and gives one alone the loudest drive."
+)
 
 
 def of_responses(report: ResponsesReport, *, with_drives: bool) -> str:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 from chladni.drives.scoring.board_score import BoardScore
 from chladni.drives.scoring.remedies import Remedy
 from chladni.drives.scoring.scorecard import Scorecard
-from chladni.drives.scoring.sensitivity import Influence
 from chladni.drives.scoring.several_fingers.fingers_score import CountScore
 from chladni.drives.scoring.several_fingers.kept_apart import KeptApart
 from chladni.drives.scoring.survey import FocusStatistics
@@ -310,28 +309,3 @@ def of_design(found: Mapping[str, Any], *, for_fingers: Mapping[int, float]) -> 
     start = "It focuses" if db >= NOTICED_DB else "It does not focus everywhere"
     at = f"within tolerances another finger 20 mm away gets {less_of(db)}"
     return f"{start}: {at} at the worst tenth; fingers notice {NOTICED_DB:g} dB.{felt}"
-
-
-def of_tolerances(influences: Sequence[Influence], name: str | None) -> str:
-    """What of a board is worth measuring first, and what tells it; no name, and nothing does."""
-
-    def lost(one: Influence) -> float:
-        db = one.second_finger_db if one.isolation_db is None else one.isolation_db
-        return -(db or 0.0)
-
-    first = max(influences, key=lambda one: max(one.level_db, lost(one)))
-    own = (
-        f"Measure {first.name} first: within its tolerance ({first.tolerance}) it changes levels "
-        f"by up to {first.level_db:.1f} dB"
-    )
-    if lost(first) > 0.0:
-        what = "other fingers' silence"
-        if first.isolation_db is not None:
-            what = "two fingers' isolation at the worst tenth"
-        own += f" and takes up to {lost(first):.1f} dB from {what}"
-    told = name is not None and any(word in first.name for word in TOLD_BY_COILS)
-    return f"{own}." + (f" `chladni calibrate --board {name}` finds it." if told else "")
-
-
-TOLD_BY_COILS = ("foam", "coils'", "screws", "thickness", "modulus")
-"""In the names of parameters that coils tell, alone or with others."""

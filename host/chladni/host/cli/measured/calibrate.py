@@ -35,11 +35,15 @@ from chladni.host.cli.measured.ways import Calibrated, heard, in_laboratory, rea
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import file_of, load_board, shipped_boards
 from chladni.sim.board.parts import Isolation, Measured, MeasuredValue
-from chladni.sim.board.writing import board_file
+from chladni.sim.board.writing import measured_file
 from chladni.sim.errors import ConflictError, InputError
 from chladni.sim.files import write_whole
 
 MOST_SETS = 10_000
+NONE_TOLD_APART = (
+    "The file has the coils' forces, and a sheet that fits the readings: its thickness and modulus "
+    "go together, and are not told apart."
+)
 LEAST_GRAMS, MOST_GRAMS = 0.01, 100.0
 
 
@@ -145,7 +149,7 @@ def calibrate(
         found = heard(drawn, plate, recording)
     before, after = _scores(drawn, found.board, plate, sets)
     known = _with_origin(found, before.isolation(drawn), after.isolation(drawn))
-    write_whole(output, board_file(known, _about(drawn, found)))
+    write_whole(output, measured_file(drawn, known, _about(drawn, found)))
     if figure is not None:
         # What draws takes a third of a second to load.
         from chladni.host.figures.calibration import calibration_figure  # noqa: PLC0415
@@ -294,5 +298,5 @@ def verdict(drawn: Board, found: Calibrated, before: Restored, after: Restored, 
             else f"Each gets {um.median:.2g} µm, {um.p10:.2g} at the worst tenth."
         ]
     sentences += _faults(found)
-    sentences += [f"Measured: {', '.join(told)}."] if told else ["Nothing was told."]
+    sentences += [f"Measured: {', '.join(told)}." if told else NONE_TOLD_APART]
     return " ".join(sentences)

@@ -4,7 +4,7 @@ const ROWS = [
   ["ssim", "SSIM", (n) => signed(n.ssim, 3), (n) => `still ${signed(n.baselines.silent, 2)}, nearest coil ${signed(n.baselines.nearest_actuator, 2)}, a focus elsewhere ${signed(n.baselines.misplaced, 2)}`],
   ["focal_error_mm", "Maximum off the finger", (n) => `${n.focal_error_mm.toFixed(1)} mm`, (n) => (n.diffraction_spot_mm ? `a focus of this wave is ${n.diffraction_spot_mm.toFixed(0)} mm wide` : "")],
   ["contrast_db", "Contrast", (n) => decibels(n.contrast_db), (n) => `no drive exceeds ${decibels(n.contrast_limit_db)}`],
-  ["second_finger_db", "Second finger", (n) => decibels(n.second_finger_db), () => "above 0: felt here more than elsewhere"],
+  ["second_finger_db", "Second finger", (n) => decibels(n.second_finger_db), () => "above 2.3 dB: felt more here than elsewhere"],
   ["louder_fraction", "Moves more than the finger", (n) => `${(100 * n.louder_fraction).toFixed(0)} % of the board`, () => "none, were it a focus"],
   ["finger_um", "Under the finger", (n) => micrometres(n.finger_um), (n) => (!n.full_volts ? "" : `${n.full_volts.toFixed(2)} V peak, limited by ${n.limited_by}`)],
   ["sensation_db", "Above the threshold", (n) => decibels(n.sensation_db), () => "of a resting finger; one that presses feels 10 to 30 dB more"],
