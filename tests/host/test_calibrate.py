@@ -48,19 +48,8 @@ def test_a_board_is_calibrated_and_its_file_is_one(
 ) -> None:
     output, figure = tmp_path / "measured.toml", tmp_path / "c.png"
     done = chladni(
-        "calibrate",
-        "--board",
-        drawn,
-        "--emulator",
-        "--hidden",
-        str(SEED),
-        "-o",
-        output,
-        "--sets",
-        "20",
-        "--figure",
-        figure,
-        "--json",
+        *("calibrate", "--board", drawn, "--emulator", "--hidden", str(SEED), "-o", output),
+        *("--sets", "20", "--figure", figure, "--json"),
     )
     assert (done.code, "no block [sensing]" in done.err) == (0, True), done.err
     found = done.json
