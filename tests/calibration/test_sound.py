@@ -26,6 +26,7 @@ from chladni.calibration.sweep import (
 from chladni.drives.scoring.tolerances import with_foam
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
+from chladni.sim.board.parts import Spring
 from chladni.sim.board.writing import board_file
 from chladni.sim.errors import InputError
 from conftest import CommandLine
@@ -144,12 +145,26 @@ def test_recordings_of_no_sweep_are_refused(board: Board) -> None:
         heard_coils(samples, rate, 12)
 
 
-def test_a_board_that_nothing_holds_has_no_such_sound(board: Board) -> None:
-    free = dataclasses.replace(board, foundation=None)
-    count = sweep_frequencies().size
-    silent = np.zeros((6, count), np.complex128), np.zeros(count)
-    with pytest.raises(InputError, match="on foam or on screws"):
-        fit_sound(free, HeardCoils(*silent, 3.5))
+@pytest.mark.parametrize("on_feet", [True, False])
+def test_boards_on_feet_and_on_nothing_are_found_by_ear(board: Board, *, on_feet: bool) -> None:
+    """Of their sound through a room that is the same for all coils."""
+    places = [(x, y) for x in (-26e-3, 26e-3) for y in (-28e-3, 28e-3)]
+    feet = tuple(Spring(at, 2e4, loss_factor=0.1) for at in places) if on_feet else ()
+    drawn = dataclasses.replace(board, foundation=None, springs=feet)
+    hidden = hidden_plate(drawn, 4)
+    room = np.exp(0.2j * np.arange(sweep_frequencies().size))
+    values = hidden.strengths[:, None] * sound(hidden.board, sweep_frequencies()) * room
+    noise = np.full(room.size, 1e-6 * np.mean(np.abs(values) ** 2))
+    found = fit_sound(drawn, HeardCoils(values, noise, SECONDS))
+    assert found.wiring.signs.tolist() == np.sign(hidden.strengths).tolist()
+    forces = np.array([own.strength for own in found.board.actuators])
+    # By ear coils are told beside each other: all of them together are believed to be as drawn.
+    ratios = forces / hidden.strengths
+    assert ratios / np.median(ratios) == pytest.approx(1.0, abs=0.1)
+    for foot in (own for own in found.parameters if own.name == "feet"):
+        true = np.mean(np.log([own.stiffness / 2e4 for own in hidden.board.springs]))
+        assert foot.told
+        assert foot.low < np.exp(true) < foot.high
 
 
 def test_a_recording_is_calibrated_with(board: Board, chladni: CommandLine, tmp_path: Path) -> None:

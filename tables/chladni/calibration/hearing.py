@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from chladni.calibration.coils_known import with_coils_known
-from chladni.calibration.fit import TOLD_APART, Parameter
+from chladni.calibration.fit import HELD_BY, TOLD_APART, Parameter
 from chladni.calibration.hidden import FORCE
 from chladni.calibration.sweep import HeardCoils, sweep_frequencies
 from chladni.calibration.unknowns import UNIFORM, Unknowns, unknowns_of
@@ -105,12 +105,9 @@ def fit_sound(board: Board, heard: HeardCoils, progress: Report | None = None) -
     Raises
     ------
     InputError
-        The board has neither foam nor screws, or sounds like none that may come out.
+        The board sounds like none that may come out.
     """
     unknowns = unknowns_of(board)
-    if not {"foam", "screws"} & set(unknowns.scales):
-        hint = "its coils tell what feet are like" if board.springs else ""
-        raise InputError("recording", board.name, "a board on foam or on screws", hint=hint)
     with one_blas_thread():
         search = _Search(unknowns, heard, progress)
         scales = search.solve()
@@ -166,8 +163,8 @@ class _Search:
     def solve(self) -> FloatArray:
         """Logarithms of the board's scales, the most likely ones."""
         mean = self._unknowns.mean[: self._count]
-        holds = np.array([own in ("foam", "screws") for own in self._unknowns.scales])
-        starts = [off * holds for off in STARTS]
+        holds = np.array([own in HELD_BY for own in self._unknowns.scales])
+        starts = [off * holds for off in (STARTS if holds.any() else (0.0,))]
 
         def residuals(off: FloatArray) -> FloatArray:
             return np.concatenate((self.compared(mean + off * self._spread).residuals, off))

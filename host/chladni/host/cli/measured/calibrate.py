@@ -60,7 +60,7 @@ def calibrate(
     ] = False,
     recording: Annotated[
         Path | None,
-        typer.Option(help="A recording (.wav) of every coil's sweep: foam or stand-offs alone."),
+        typer.Option(help="A recording (.wav) of every coil's sweep."),
     ] = None,
     port: Annotated[
         str | None, typer.Option(help="Serial port of the device whose coils measure the board.")
