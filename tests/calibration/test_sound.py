@@ -145,6 +145,19 @@ def test_recordings_of_no_sweep_are_refused(board: Board) -> None:
         heard_coils(samples, rate, 12)
 
 
+def test_what_is_clipped_a_little_is_refused_and_what_is_quiet_is_not(board: Board) -> None:
+    """By 0.9 dB at both ends or at one, with 16 bits; and all of it in 60 steps."""
+    samples, rate = record_hidden(hidden_plate(board, SEEDS[0]))
+    loudest = np.abs(samples).max()
+    for steps in (30, 16_000):
+        heard_coils(np.round(steps * samples / loudest), rate, 6)
+    most = 10.0 ** (-0.9 / 20.0) * loudest
+    for lowest in (-most, -loudest):
+        clipped = np.round(32_000.0 * np.clip(samples, lowest, most))
+        with pytest.raises(InputError, match="clipped"):
+            heard_coils(clipped, rate, 6)
+
+
 @pytest.mark.parametrize("on_feet", [True, False])
 def test_boards_on_feet_and_on_nothing_are_found_by_ear(board: Board, *, on_feet: bool) -> None:
     """Of their sound through a room that is the same for all coils."""

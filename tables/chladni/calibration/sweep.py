@@ -24,8 +24,12 @@ FREQUENCIES, EDGE = 14, 2.0 ** (1.0 / 12.0)
 """How many are used, and how far from both ends of the sweep."""
 HALF_BAND = 1.015
 """Of the band over which a value is taken: no wider than a plate's resonance."""
-CLIPPED = 0.005
-"""Share of samples at the loudest value; of a sine above noise there are fewer."""
+TOP, BELOW, CLIPPED = 0.99, 0.9, 0.25
+"""Samples above the first share of the largest, over those from the second share to the first. A
+sweep through resonances has about 0.1 (0.01 by 0.09, where its envelope is a parabola), one that is
+clipped by 0.9 dB has 0.36 or more, at 8 and 48 kHz, in 60 steps or in all of 16 bits."""
+FEWEST = 40
+"""Samples below the top that are too few to compare with, as beside a click."""
 FOUND = 0.06
 """Of the correlation that a recording of nothing but the sweeps has. Plates that ring long have
 0.16, noise 0.015."""
@@ -145,8 +149,19 @@ def _check(samples: FloatArray, rate_hz: float, needed: int) -> None:
     loudest = float(np.abs(samples).max())
     if not loudest > 0.0:
         raise InputError("recording", "silence", "sweeps of all coils")
-    if float(np.mean(np.abs(samples) >= 0.999 * loudest)) > CLIPPED:
-        raise InputError("recording", "clipped", "sweeps that are not too loud")
+    if _is_clipped(samples - samples.mean()):
+        hint = "record from further away, without automatic level"
+        raise InputError("recording", "clipped", "sweeps that are not too loud", hint=hint)
+
+
+def _is_clipped(samples: FloatArray) -> bool:
+    """Whether either end is as full as the peaks of no sweep are."""
+    for own in (samples, -samples):
+        top = int(np.count_nonzero(own >= TOP * own.max()))
+        below = int(np.count_nonzero(own >= BELOW * own.max())) - top
+        if top > CLIPPED * max(below, FEWEST):
+            return True
+    return False
 
 
 def _begin(samples: FloatArray, wave: FloatArray, slot: int, coils: int) -> int:
