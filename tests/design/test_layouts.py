@@ -101,6 +101,8 @@ def test_a_quincunx_is_among_the_layouts_that_a_search_begins_with() -> None:
     points = chosen(layouts_of(spec, (5, numbers))["layouts"])
     at = [{tuple(one["at_mm"]) for one in document_at(spec, own)["actuators"]} for own in points]
     assert {(0.0, 0.0), *((x, y) for x in (-25.0, 25.0) for y in (-46.6667, 46.6667))} in at
+    # On a middle line alone coils would not tell its sides apart.
+    assert all(any(own[axis] for own in one) for one in at for axis in (0, 1))
 
 
 def test_coils_are_placed_clear_of_feet() -> None:

@@ -15,6 +15,7 @@ from chladni.host.cli.common.board_reports import (
     say_of_coils,
     say_panel,
 )
+from chladni.host.cli.common.finger_remarks import say_mirrored
 from chladni.host.cli.designing.remarks import say_first
 from chladni.host.manufacture.drawing import Text, board_drawing
 from chladni.sim.board.board import Board
@@ -22,6 +23,7 @@ from chladni.sim.board.file import load_board
 from chladni.sim.board.fingers import SeveralFingers
 from chladni.sim.board.panel_layer import layered_plate
 from chladni.sim.board.parts import Measured, Spring
+from chladni.sim.board.quantity import MM
 from chladni.sim.board.writing import board_file
 from conftest import CommandLine, shipped_board
 from made_specs import small
@@ -100,6 +102,23 @@ def test_a_plate_that_resonates_among_effects_is_remarked_on(
         path.write_bytes(board_file(replace(own, fingers=purpose)))
         said = chladni("board", "show", path).err
         assert (words in said) == (purpose is not None and own is soft)
+        assert "a stiffer sheet or stiffer supports raise it" in said or words not in said
+
+
+@pytest.mark.parametrize(("x_mm", "width_mm"), [(0.0, 40.0), (0.0, 14.0), (5.0, 40.0)])
+def test_coils_on_a_middle_line_are_remarked_on(
+    x_mm: float, width_mm: float, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Where two fingers have room beside it."""
+    strip = shipped_board("strip5")
+    coils = tuple(
+        replace(own, at=(x_mm * MM * (-1.0) ** k, own.at[1]))
+        for k, own in enumerate(strip.actuators)
+    )
+    plate = replace(strip.plate, size=(width_mm * MM, strip.plate.size[1]))
+    say_mirrored(replace(strip, actuators=coils, plate=plate))
+    said = "fingers left and right of it, mirrored, feel the same" in capsys.readouterr().err
+    assert said == (x_mm == 0.0 and width_mm > 16.0)
 
 
 @pytest.mark.parametrize(

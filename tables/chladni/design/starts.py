@@ -24,6 +24,7 @@ from chladni.design.layouts import (
 )
 from chladni.design.spec import Spec
 from chladni.design.variables import Choice, Document
+from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.scoring.survey import active_lattice
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Actuator
@@ -44,6 +45,10 @@ EDGE = 1e-3
 """m from a magnet to the edge, unless the SPEC gives another: a field takes long there."""
 SCAN_PITCH = 5e-3
 """m between places while layouts are looked for, at least."""
+
+
+Kind = tuple[str, tuple[float, list[Candidate]]]
+"""Of what kind a layout is, how good it is by a rough measure, and its coils."""
 
 
 @dataclass(frozen=True)
@@ -171,14 +176,14 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
     ]
     if not offered:
         return {"layouts": []}
-    every = [*offered, *(one for _, own in regular for one in own)]
-    plain = Plain.of(board, [place for one in every for place in one.images], places)
-    exchanged = best_layouts(plain, offered, count, least)
+    looked_at = [*offered, *(one for _, own in regular for one in own)]
+    plain = Plain.of(board, [place for one in looked_at for place in one.images], places)
+    exchanged = [("exchanged", one) for one in best_layouts(plain, offered, count, least)]
+    widest = 2.0 * np.abs(places).max(axis=0)
+    sides = [k for k in (0, 1) if mirrors[k] and widest[k] >= LEAST_APART]
+    told = _telling([*exchanged, *_scored(plain, offered, regular)], sides)
     rows = []
-    for kind, (figure, chosen) in [
-        *(("exchanged", one) for one in exchanged[:KEPT]),
-        *_ranked(plain, offered, regular),
-    ]:
+    for kind, (figure, chosen) in _ranked(told):
         layout = Layout(mirrors, tuple(one.orbit for one in chosen))
         at = [(one.at[0] / MM, one.at[1] / MM) for one in chosen]
         rows.append(
@@ -220,18 +225,37 @@ def _is_allowed(areas: Sequence[KeepOut | KeptFoot], one: Candidate) -> bool:
     return not any(area.depth(place) > 0.0 for area in areas for place in one.images)
 
 
-def _ranked(
+def _telling(layouts: list[Kind], sides: Sequence[int]) -> list[Kind]:
+    """Those with a coil off the middle line of each side; all, if there are none.
+
+    Of coils that all stand on a middle line fingers feel the same to its left and right.
+    """
+    return [
+        one
+        for one in layouts
+        if all(any(own.orbit.leaves[axis] for own in one[1][1]) for axis in sides)
+    ] or layouts
+
+
+def _scored(
     plain: Plain, offered: Sequence[Candidate], regular: Sequence[tuple[str, list[Candidate]]]
-) -> list[tuple[str, tuple[float, list[Candidate]]]]:
-    """Regular layouts, whose images come after those of `offered`, the best of each kind first."""
+) -> list[Kind]:
+    """Regular layouts, whose images come after those of `offered`, with their figures."""
     first, found = sum(len(one.images) for one in offered), []
     for kind, own in regular:
         count = sum(len(one.images) for one in own)
         found.append((kind, (plain.figure(range(first, first + count)), own)))
         first += count
-    found.sort(key=lambda one: -one[1][0])
-    kinds = [[own for own in found if own[0] == kind] for kind in ("even", "spread")]
-    return [*kinds[0][:KEPT], *kinds[1]]
+    return found
+
+
+def _ranked(layouts: Sequence[Kind]) -> list[Kind]:
+    """The best by exchange, the best even ones, then all that are spread, each the best first."""
+    best = sorted(layouts, key=lambda one: -one[1][0])
+    exchanged, even, spread = (
+        [own for own in best if own[0] == kind] for kind in ("exchanged", "even", "spread")
+    )
+    return [*exchanged[:KEPT], *even[:KEPT], *spread]
 
 
 def steps_of(spec: Spec, point: Point, step: float) -> list[float]:

@@ -27,11 +27,11 @@ from chladni.host.cli.common.board_reports import (
     say_panel,
     say_softening,
     say_vent,
-    say_waves,
     winding_report,
 )
 from chladni.host.cli.common.command_group import CommandGroup
 from chladni.host.cli.common.drive_options import on_less
+from chladni.host.cli.common.finger_remarks import say_mirrored, say_waves
 from chladni.host.cli.common.options import (
     BoardArgument,
     FigureOption,
@@ -106,6 +106,7 @@ def board_show(
         say_current(wave)
     if loaded.fingers is not None:
         say_waves(loaded, modes.tolist())
+        say_mirrored(loaded)
     if board not in shipped_boards():  # in those, what stands is meant
         say_leftovers(loaded, modes.tolist())
     if loaded.winding:

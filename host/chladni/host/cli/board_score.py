@@ -23,10 +23,10 @@ from chladni.host.cli.common.board_reports import (
     say_purpose,
     say_tones,
     say_warm_magnets,
-    say_waves,
     score_rows,
 )
 from chladni.host.cli.common.drive_options import OwnObjectiveOption, on_less
+from chladni.host.cli.common.finger_remarks import say_mirrored, say_waves
 from chladni.host.cli.common.options import (
     BoardArgument,
     FigureOption,
@@ -172,6 +172,7 @@ def _two_fingers(
     """
     if board.fingers is not None:
         say_waves(board)
+        say_mirrored(board)
     try:
         with progress_bar("sets of two fingers") as progress:
             found = score_fingers(board, (2,), samples=samples, seed=seed, progress=progress)

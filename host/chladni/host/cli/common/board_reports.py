@@ -15,7 +15,6 @@ from chladni.drives.scoring.board_score import BoardScore, foam_length_mm
 from chladni.drives.scoring.several_fingers.fingers_score import CountScore
 from chladni.drives.scoring.small_amplitude import BridgeWave, SoftWave
 from chladni.drives.scoring.warm_coils import MAGNET_C
-from chladni.effects.low_pass import EDGE_HZ
 from chladni.host.cli.common.output import say
 from chladni.host.manufacture.drawing import cut_hole_mm
 from chladni.sim.board.board import Board
@@ -23,7 +22,6 @@ from chladni.sim.board.catalogue import FEET, METALS
 from chladni.sim.board.electronics import Area
 from chladni.sim.board.panel_layer import LayeredPlate
 from chladni.sim.board.quantity import MM
-from chladni.sim.fields.board_plate import first_natural_hz
 from chladni.sim.fields.magnet_softening import MATTERS, MagnetSoftening
 from chladni.sim.fields.static import is_held
 from chladni.sim.magnetics.windings import force_over_stroke
@@ -324,27 +322,3 @@ def say_vent(board: Board) -> None:
             f"chladni: shut-in air ({foundation.air_stiffness * MM**3:.3g} N/mm³) is stiffer than "
             f"the sheet ({foundation.sheet_stiffness * MM**3:.3g}): vent it\n"
         )
-
-
-def say_waves(board: Board, modes_hz: Sequence[float] | None = None) -> None:
-    """Remark on a plate that resonates among what effects are made of: gains do not hold there.
-
-    Parameters
-    ----------
-    modes_hz
-        Its lowest ones, if they are at hand.
-    """
-    if remark := of_waves(board, modes_hz):
-        say(remark)
-
-
-def of_waves(board: Board, modes_hz: Sequence[float] | None = None) -> str:
-    """What `say_waves` says; nothing of a plate that does not."""
-    first = first_natural_hz(board, modes_hz)
-    if first >= EDGE_HZ - 0.5:  # which is written as no less
-        return ""
-    return (
-        f"this plate's first natural frequency is {first:.3g} Hz: an effect of up to "
-        f"{EDGE_HZ:g} Hz is kept from other fingers only below it, whatever is scored at "
-        f"{board.drive.frequency_hz:g} Hz; a stiffer sheet or stiffer supports raise it"
-    )

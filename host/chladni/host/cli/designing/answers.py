@@ -11,7 +11,7 @@ from chladni.design.front import Design, Entry
 from chladni.design.spec import FINGER_LEVEL, FINGER_TERMS, Spec
 from chladni.design.starts import boards_asked
 from chladni.effects.low_pass import EDGE_HZ
-from chladni.host.cli.common.board_reports import of_waves
+from chladni.host.cli.common.finger_remarks import of_waves
 from chladni.host.cli.common.verdicts import of_design
 from chladni.host.manufacture.board_parts import foam_of, sheet_of
 

@@ -10,6 +10,7 @@ from chladni.design.last_boards import boards_more
 from chladni.design.spec import FINGER_TERMS, Spec
 from chladni.design.starts import boards_asked, spread_numbers
 from chladni.host.cli.common.board_reports import say_leftovers, say_panel, say_tones
+from chladni.host.cli.common.finger_remarks import say_mirrored, say_waves
 from chladni.host.cli.common.output import say
 from chladni.host.cli.designing.answers import boards_worth
 from chladni.sim.board.panel_layer import layered_plate
@@ -63,6 +64,9 @@ def say_first(spec: Spec, seed: int, samples: int) -> None:
     except InputError:
         return  # The search says what is wrong.
     say_leftovers(board)
+    if FINGER_TERMS.keys() & spec.weights.keys() and not spec.variables:
+        # Its magnets' mass apart, all boards of the search are this plate.
+        say_waves(board)
     if layered := layered_plate(board):
         say_panel(layered, for_several=board.is_for_several)
 
@@ -75,5 +79,6 @@ def say_next(found: Design, spec: Spec, output: Path) -> None:
         own = f"{output}{counts} --samples {found.draws} --seed {found.seed}"
         say(f"`chladni fingers {own}` scores it within tolerances, as here.")
         say_tones(str(output), found.board)
+        say_mirrored(found.board)
     foam = " and how much foam twice as stiff takes" if found.board.foundation else ""
     say(f"`chladni board score {output}` says more{foam}.")

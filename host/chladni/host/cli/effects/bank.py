@@ -15,7 +15,7 @@ from chladni.effects.bank.pack import pack_bank
 from chladni.effects.bank.unpack import unpack_bank
 from chladni.effects.effect import kinds
 from chladni.effects.flatten import flattened_effect
-from chladni.host.cli.common.board_reports import say_waves
+from chladni.host.cli.common.finger_remarks import say_waves
 from chladni.host.cli.common.options import JsonOption, required
 from chladni.host.cli.common.output import answer, check_output, progress_bar, say, write_figure
 from chladni.host.cli.device.connection import Connection, connecting

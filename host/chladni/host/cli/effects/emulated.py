@@ -13,7 +13,7 @@ from chladni.effects.bank.bank_file import bank_bytes
 from chladni.effects.bank.unpack import unpack_bank
 from chladni.effects.effect import Effect
 from chladni.effects.files import ReadEffect
-from chladni.host.cli.common.board_reports import say_waves
+from chladni.host.cli.common.finger_remarks import say_waves
 from chladni.host.cli.common.output import Place, answer, write_figure
 from chladni.host.cli.common.verdicts import decibels_less, of_effect, of_two_effects
 from chladni.host.cli.device.connection import Connection

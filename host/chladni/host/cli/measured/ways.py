@@ -20,8 +20,8 @@ from chladni.calibration.recorder import record_hidden
 from chladni.calibration.sensing import CoilReadings
 from chladni.calibration.sweep import heard_coils
 from chladni.host.cli.common.output import Place, parse_place, progress_bar, say
-from chladni.host.cli.common.recording import read_recording
 from chladni.host.cli.device.connection import Connection
+from chladni.host.cli.measured.recording import read_recording
 from chladni.host.device.checks.readiness import COIL_HOT, check_ready, what_stands
 from chladni.host.device.device import Device
 from chladni.host.device.wires.wire import EmulatorWire, Wire

@@ -1,0 +1,58 @@
+"""What commands remark on boards for several fingers: resonances, and fingers told by none."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from chladni.drives.fingers.coupling import LEAST_APART
+from chladni.effects.low_pass import EDGE_HZ
+from chladni.host.cli.common.output import say
+from chladni.sim.board.board import Board
+from chladni.sim.board.quantity import SAME_PLACE
+from chladni.sim.fields.board_mirrors import board_mirrors
+from chladni.sim.fields.board_plate import first_natural_hz
+
+
+def say_waves(board: Board, modes_hz: Sequence[float] | None = None) -> None:
+    """Remark on a plate that resonates among what effects are made of: gains do not hold there.
+
+    Parameters
+    ----------
+    modes_hz
+        Its lowest ones, if they are at hand.
+    """
+    if remark := of_waves(board, modes_hz):
+        say(remark)
+
+
+def of_waves(board: Board, modes_hz: Sequence[float] | None = None) -> str:
+    """What `say_waves` says; nothing of a plate that does not."""
+    first = first_natural_hz(board, modes_hz)
+    if first >= EDGE_HZ - 0.5:  # which is written as no less
+        return ""
+    # On foam the whole sheet bounces: a thicker one is only heavier.
+    on_foam = board.foundation is not None
+    raised = (
+        "a lighter sheet or stiffer foam raises it"
+        if on_foam
+        else "a stiffer sheet or stiffer supports raise it"
+    )
+    return (
+        f"this plate's first natural frequency is {first:.3g} Hz: an effect of up to "
+        f"{EDGE_HZ:g} Hz is kept from other fingers only below it, whatever is scored at "
+        f"{board.drive.frequency_hz:g} Hz; {raised}"
+    )
+
+
+def say_mirrored(board: Board) -> None:
+    """Remark on coils that all stand on a middle line of a plate that is alike on both sides."""
+    mirrors = board_mirrors(board)
+    for axis, order, side in ((0, mirrors.x, "left and right"), (1, mirrors.y, "above and below")):
+        at = [own.at[axis] for own in board.actuators]
+        if order is None or max(map(abs, at)) > SAME_PLACE:
+            continue
+        if board.plate.size[axis] > LEAST_APART:
+            say(
+                f"all coils stand on a middle line, and the plate is alike on both sides: fingers "
+                f"{side} of it, mirrored, feel the same whatever is played; move coils off it"
+            )
