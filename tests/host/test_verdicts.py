@@ -139,15 +139,22 @@ def test_what_stiffer_foam_leaves_is_told_with_what_fingers_get(strip: Board) ->
     assert on_stiffer_foam(replace(strip, foundation=None), two) is None
 
 
-@pytest.mark.parametrize(("lost_db", "with_drives"), [(0.5, False), (1.5, False), (1.5, True)])
-def test_a_table_that_loses_a_decibel_names_its_pitch(lost_db: float, with_drives: bool) -> None:
+@pytest.mark.parametrize(
+    ("lost_db", "with_drives", "bits"),
+    [(0.5, False, 12), (1.5, False, 12), (1.5, True, 12), (1.5, True, 8)],
+)
+def test_a_table_that_loses_a_decibel_names_its_pitch_or_bits(
+    lost_db: float, with_drives: bool, bits: int
+) -> None:
     exact, kept = spread(31.0, 12.0), spread(31.0, 12.0 - lost_db)
     own: Any = SimpleNamespace(
-        frequencies=[FrequencyIsolation(160.0, kept, exact)], pitch_mm=(6.0, 6.0)
+        frequencies=[FrequencyIsolation(160.0, kept, exact)], pitch_mm=(6.0, 6.0), bits=bits
     )
     told = of_responses(own, with_drives=with_drives)
     block = "regions" if with_drives else "fingers"
-    assert (f"A smaller [{block}] pitch_mm than 6 loses less" in told) == (lost_db > 1.0)
+    fine = bits == 12
+    assert (f"A smaller [{block}] pitch_mm than 6 loses less" in told) == (lost_db > 1.0 and fine)
+    assert ("`--bits 12` loses less" in told) == (not fine)
 
 
 def test_a_board_is_tried_on_other_sheets_and_foams(strip: Board) -> None:

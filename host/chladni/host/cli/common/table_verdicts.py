@@ -52,6 +52,9 @@ FOR_ONE = (
     "fingers apart, and gives one alone the loudest drive."
 )
 
+FINE_BITS = 12
+"""More lose no less of two fingers' isolation."""
+
 
 def of_responses(report: ResponsesReport, *, with_drives: bool) -> str:
     """What a table of responses keeps of the board's isolation, at its worst frequency.
@@ -67,7 +70,10 @@ def of_responses(report: ResponsesReport, *, with_drives: bool) -> str:
     at = "" if len(report.frequencies) == 1 else f" at {one.frequency_hz:g} Hz"
     block, less = "regions" if with_drives else "fingers", ""
     if lost(one) >= MUCH_DB:
-        less = f" A smaller [{block}] pitch_mm than {_pitch(report)} loses less, in a larger table."
+        # A table that would be large takes integers of fewer bits by itself.
+        how = f"A smaller [{block}] pitch_mm than {_pitch(report)}"
+        how = how if report.bits >= FINE_BITS else f"`--bits {FINE_BITS}`"
+        less = f" {how} loses less, in a larger table."
     return (
         f"It keeps two pressing fingers {kept.median:z.1f} dB apart{at} at the median, "
         f"{kept.p10:z.1f} at the worst tenth. The board itself has {exact.median:z.1f} and "
