@@ -91,12 +91,16 @@ def test_a_board_is_calibrated_and_its_file_is_one(
     assert "calibrate from the board as it is drawn" in again.err
 
 
-def test_people_read_a_coils_truth_beside_what_was_found() -> None:
+@pytest.mark.parametrize("focus", [None, Focus()])
+def test_people_read_the_truth_and_one_fingers_level_where_it_matters(focus: Focus | None) -> None:
     coil = {"name": "coil-1", "polarity": 1, "dead": False, "force": 1.1, "true": -1.08}
-    scores = {"level_db": {"median": 1.0}}
+    scores = {"second_finger_20mm_db": {"median": 15.0}, "level_db": {"median": 1.0}}
     result = {"coils": [coil], "before": scores, "after": scores}
-    rows = _for_people(result, is_scored_on_itself=False)
+    board = dataclasses.replace(small_board(), focus=focus)
+    rows = _for_people(board, result, is_scored_on_itself=False)
     assert rows["coils"] == {"coil-1": "1.10 of the drawn force (true 1.08, reversed)"}
+    assert ("second_finger_20mm_db" in rows["after"]) == (focus is not None)
+    assert "second_finger_20mm_db" in result["after"]
 
 
 def test_measured_values_have_five_digits_and_drawn_ones_all_of_theirs() -> None:

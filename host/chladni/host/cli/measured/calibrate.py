@@ -168,14 +168,19 @@ def calibrate(
         "seconds": time.monotonic() - begun,
     }
     answer(
-        result if as_json else _for_people(result, is_scored_on_itself=plate is None),
+        result if as_json else _for_people(drawn, result, is_scored_on_itself=plate is None),
         as_json=as_json,
         title=f"{drawn.name}: calibrated{' (simulated)' if plate else ''}",
     )
 
 
-def _for_people(result: dict[str, Any], *, is_scored_on_itself: bool) -> dict[str, Any]:
-    """Coils in words, and levels by what they are over: a board's own are what it promises."""
+def _for_people(
+    drawn: Board, result: dict[str, Any], *, is_scored_on_itself: bool
+) -> dict[str, Any]:
+    """Coils in words, and levels by what they are over: a board's own are what it promises.
+
+    One finger's level is left out where focus is not what the board is for: it reads as a failure.
+    """
     coils = {}
     for own in result["coils"]:
         force = f"{own['force']:.2f} of the drawn force{_turned(own['polarity'])}"
@@ -186,6 +191,8 @@ def _for_people(result: dict[str, Any], *, is_scored_on_itself: bool) -> dict[st
     for when in ("before", "after"):
         rows = dict(told[when])
         level = rows.pop("level_db")
+        if drawn.focus is None:
+            rows.pop("second_finger_20mm_db")
         told[when] = rows if is_scored_on_itself else rows | {"over_promised_db": level}
     return told
 
