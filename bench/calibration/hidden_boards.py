@@ -17,14 +17,13 @@ from typing import Any
 
 import numpy as np
 
-from chladni.calibration import Truth, fit_board, hidden_plate
+from chladni.calibration import BoardFit, Truth, fit_board, hidden_plate
 from chladni.calibration.hearing import fit_sound
 from chladni.calibration.hidden import HiddenPlate
 from chladni.calibration.laboratory.fields_fit import fit_fields
 from chladni.calibration.laboratory.measured_fields import joined
 from chladni.calibration.recorder import record_hidden
 from chladni.calibration.sweep import heard_coils
-from chladni.drives.scoring.tolerances import SOFT_SCREW
 from chladni.host.device.device import Device
 from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.sensed_plate import emulator_on
@@ -92,27 +91,13 @@ def _by_coils(board: Board, hidden: HiddenPlate) -> dict[str, Any]:
         "force_off": float(np.sqrt(np.mean(off**2))),
         "left": found.left,
         "steps": found.steps,
-        "held": _held(board, hidden.board, found),
+        "held": _held(hidden.ratios(board), found),
         "device_s": readings.seconds,
     }
 
 
-def _held(drawn: Any, true: Any, found: Any) -> dict[str, bool]:
+def _held(ratios: dict[str, float], found: BoardFit) -> dict[str, bool]:
     """Whether each interval of what is told holds the truth."""
-    ratios = {
-        "sheet thickness": true.plate.thickness / drawn.plate.thickness,
-        "modulus": true.plate.youngs_modulus / drawn.plate.youngs_modulus,
-    }
-    if drawn.plate.loss_factor > 0.0:
-        ratios["sheet's loss"] = true.plate.loss_factor / drawn.plate.loss_factor
-    if true.screws:
-        ratios["screws"] = true.screws[0].stiffness / SOFT_SCREW
-    if true.foundation is not None:
-        even = true.foundation.measured_ratio / drawn.foundation.measured_ratio
-        patches = np.log([own.ratio for own in true.foundation.patches])
-        ratios["foam"] = even * float(np.exp(patches.mean()))
-        losses = [one.foundation.sheet_loss_factor for one in (true, drawn)]
-        ratios["foam's loss"] = losses[0] / losses[1]
     return {
         own.name: bool(own.low <= ratios[own.name] <= own.high)
         for own in found.parameters

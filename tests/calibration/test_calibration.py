@@ -148,6 +148,7 @@ def test_feet_that_carry_a_board_are_found(board: Board, seed: int) -> None:
     on_feet = dataclasses.replace(board, foundation=None, springs=feet)
     hidden = hidden_plate(on_feet, seed)
     true = hidden.board.springs[0].stiffness / feet[0].stiffness
+    assert hidden.ratios(on_feet)["feet"] == pytest.approx(true)
     assert not 0.9 < true < 1.1
     found = fit_board(on_feet, read_hidden(hidden))
     assert found.wiring.signs.tolist() == np.sign(hidden.strengths).tolist()

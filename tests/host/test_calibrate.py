@@ -18,7 +18,7 @@ from chladni.calibration.restored import Restored, Truth
 from chladni.drives.fingers.silence import REGULARISATION
 from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
 from chladni.drives.scoring.spread import Spread
-from chladni.host.cli.measured.calibrate import verdict
+from chladni.host.cli.measured.calibrate import _for_people, verdict
 from chladni.host.cli.measured.ways import Calibrated
 from chladni.host.device.device import Device
 from chladni.host.device.wires.virtual_port import VirtualPort
@@ -58,6 +58,10 @@ def test_a_board_is_calibrated_and_its_file_is_one(
         assert own["dead"] is False
         assert own["polarity"] == (-1 if strength < 0.0 else 1)
         assert own["force"] == pytest.approx(abs(strength), abs=0.1)
+        assert own["true"] == strength
+    true = {own["name"]: own["true"] for own in found["parameters"]}
+    assert true["sheet thickness"] == hidden.board.plate.thickness / small_board().plate.thickness
+    assert all(own["low"] < own["true"] < own["high"] for own in found["parameters"])
     foam = next(own for own in found["parameters"] if own["name"] == "foam")
     assert foam["low"] < foam["value"] < foam["high"]
     before, after = (found[key]["fingers_2_db"] for key in ("before", "after"))
@@ -85,6 +89,18 @@ def test_a_board_is_calibrated_and_its_file_is_one(
     )
     assert again.code == 2
     assert "calibrate from the board as it is drawn" in again.err
+
+
+@pytest.mark.parametrize("focus", [None, Focus()])
+def test_people_read_the_truth_and_one_fingers_level_where_it_matters(focus: Focus | None) -> None:
+    coil = {"name": "coil-1", "polarity": 1, "dead": False, "force": 1.1, "true": -1.08}
+    scores = {"second_finger_20mm_db": {"median": 15.0}, "level_db": {"median": 1.0}}
+    result = {"coils": [coil], "before": scores, "after": scores}
+    board = dataclasses.replace(small_board(), focus=focus)
+    rows = _for_people(board, result, is_scored_on_itself=False)
+    assert rows["coils"] == {"coil-1": "1.10 of the drawn force (true 1.08, reversed)"}
+    assert ("second_finger_20mm_db" in rows["after"]) == (focus is not None)
+    assert "second_finger_20mm_db" in result["after"]
 
 
 def test_measured_values_have_five_digits_and_drawn_ones_all_of_theirs() -> None:
@@ -127,6 +143,7 @@ def test_a_plate_that_a_file_describes_is_found(
     assert "force than drawn: look at its magnet and its gap" in done.json["verdict"]
     foam = next(own for own in done.json["parameters"] if own["name"] == "foam")
     assert foam["value"] == pytest.approx(3.0, rel=0.15)
+    assert foam["true"] == pytest.approx(3.0)
     other = chladni("calibrate", "--board", "strip5", *on_it, "-o", tmp_path / "measured.toml")
     assert (other.code, "of the size and coils of strip5" in other.err) == (2, True)
 
@@ -247,18 +264,8 @@ def test_a_device_on_a_port_measures_its_board(
     try:
         output, read = tmp_path / "measured.toml", tmp_path / "read.json"
         done = chladni(
-            "calibrate",
-            "--board",
-            drawn,
-            "--port",
-            port.port,
-            "--readings",
-            read,
-            "--sets",
-            "2",
-            "-o",
-            output,
-            "--json",
+            *("calibrate", "--board", drawn, "--port", port.port, "--readings", read),
+            *("--sets", "2", "-o", output, "--json"),
         )
     finally:
         ends.set()
@@ -269,6 +276,7 @@ def test_a_device_on_a_port_measures_its_board(
     assert signs == [-1 if strength < 0.0 else 1 for strength in hidden.strengths]
     assert done.json["by"] == "its own coils"
     assert done.json["device_seconds"] <= 15.0
+    assert not any("true" in own for own in done.json["coils"] + done.json["parameters"])
     # What was read is fitted again without a device, to the same board.
     again = chladni(
         "calibrate", "--board", drawn, "--readings", read, "--sets", "2", "-o", output, "--json"

@@ -79,6 +79,28 @@ class HiddenPlate:
         """Of each coil at a duty, over the drawn one."""
         return np.asarray(self.strengths / self.ohms)
 
+    def ratios(self, drawn: Board) -> dict[str, float]:
+        """What it really is over the drawn board, by the names of calibration's parameters.
+
+        Foam is the mean of its patches' logarithms, as it is where it is fitted. What one of both
+        boards lacks is left out.
+        """
+        true, soft = self.board, with_soft_screws(drawn)
+        pairs = {
+            "sheet thickness": (true.plate.thickness, drawn.plate.thickness),
+            "modulus": (true.plate.youngs_modulus, drawn.plate.youngs_modulus),
+            "sheet's loss": (true.plate.loss_factor, drawn.plate.loss_factor),
+            "screws": tuple(sum(one.stiffness for one in own.screws) for own in (true, soft)),
+            "feet": tuple(sum(one.stiffness for one in own.springs) for own in (true, drawn)),
+        }
+        if true.foundation is not None and drawn.foundation is not None:
+            patches = np.log([own.ratio for own in true.foundation.patches] or [1.0])
+            even = float(np.exp(patches.mean())) * true.foundation.sheet_stiffness
+            pairs["foam"] = (even, drawn.foundation.sheet_stiffness)
+            losses = [own.sheet_loss_factor for own in (true.foundation, drawn.foundation)]
+            pairs["foam's loss"] = (losses[0], losses[1])
+        return {name: float(own / of) for name, (own, of) in pairs.items() if own and of}
+
 
 def hidden_plate(board: Board, seed: int) -> HiddenPlate:
     """Draw a plate; the same for the same board and seed.

@@ -36,6 +36,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.file import file_of, load_board, shipped_boards
 from chladni.sim.board.parts import Isolation, Measured, MeasuredValue
 from chladni.sim.board.writing import measured_file
+from chladni.sim.coil.full_drive import strengths
 from chladni.sim.errors import ConflictError, InputError
 from chladni.sim.files import write_whole
 
@@ -159,33 +160,45 @@ def calibrate(
         "verdict": verdict(drawn, found, before, after, sets),
         "path": str(output),
         "by": found.by,
-        "coils": _coils(known),
-        "parameters": [asdict(own) for own in found.parameters],
+        "coils": _coils(drawn, known, plate),
+        "parameters": _parameters(drawn, found, plate),
         "before": asdict(before),
         "after": asdict(after),
         "device_seconds": found.device_seconds,
         "seconds": time.monotonic() - begun,
     }
     answer(
-        result if as_json else _for_people(result, is_scored_on_itself=plate is None),
+        result if as_json else _for_people(drawn, result, is_scored_on_itself=plate is None),
         as_json=as_json,
         title=f"{drawn.name}: calibrated{' (simulated)' if plate else ''}",
     )
 
 
-def _for_people(result: dict[str, Any], *, is_scored_on_itself: bool) -> dict[str, Any]:
-    """Coils in words, and levels by what they are over: a board's own are what it promises."""
+def _for_people(
+    drawn: Board, result: dict[str, Any], *, is_scored_on_itself: bool
+) -> dict[str, Any]:
+    """Coils in words, and levels by what they are over: a board's own are what it promises.
+
+    One finger's level is left out where focus is not what the board is for: it reads as a failure.
+    """
     coils = {}
     for own in result["coils"]:
-        turned = ", reversed" if own["polarity"] < 0 else ""
-        force = f"{own['force']:.2f} of the drawn force{turned}"
+        force = f"{own['force']:.2f} of the drawn force{_turned(own['polarity'])}"
         coils[own["name"]] = "makes no force" if own["dead"] else force
+        if (true := own.get("true")) is not None:
+            coils[own["name"]] += f" (true {abs(true):.2f}{_turned(true)})"
     told = result | {"coils": coils}
     for when in ("before", "after"):
         rows = dict(told[when])
         level = rows.pop("level_db")
+        if drawn.focus is None:
+            rows.pop("second_finger_20mm_db")
         told[when] = rows if is_scored_on_itself else rows | {"over_promised_db": level}
     return told
+
+
+def _turned(force: float) -> str:
+    return ", reversed" if force < 0.0 else ""
 
 
 def _check_kept(drawn: str, output: Path) -> None:
@@ -265,8 +278,9 @@ def _about(drawn: Board, found: Calibrated) -> list[str]:
     return [f"{drawn.name} as it was measured by `chladni calibrate`.", *_faults(found)]
 
 
-def _coils(board: Board) -> list[dict[str, Any]]:
-    return [
+def _coils(drawn: Board, board: Board, plate: HiddenPlate | None) -> list[dict[str, Any]]:
+    """As they were found; of a hidden plate, their true force per ampere too, reversed below 0."""
+    coils: list[dict[str, Any]] = [
         {
             "name": own.name,
             "polarity": own.polarity,
@@ -275,6 +289,22 @@ def _coils(board: Board) -> list[dict[str, Any]]:
         }
         for own in board.actuators
     ]
+    if plate is not None:
+        for own, true in zip(coils, plate.strengths * strengths(drawn), strict=True):
+            own["true"] = float(true)
+    return coils
+
+
+def _parameters(drawn: Board, found: Calibrated, plate: HiddenPlate | None) -> list[dict[str, Any]]:
+    """As they were found, each beside what it is where a hidden plate tells it."""
+    ratios = plate.ratios(drawn) if plate is not None else {}
+    rows = []
+    for own in found.parameters:
+        row = asdict(own)
+        told = row.pop("told")
+        true = {"true": ratios[own.name]} if own.name in ratios else {}
+        rows.append(row | true | {"told": told})
+    return rows
 
 
 def _faults(found: Calibrated) -> list[str]:
