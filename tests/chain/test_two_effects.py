@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -97,7 +98,14 @@ def test_the_command_plays_an_effect_under_each_finger(
     for name, one in zip("AB", found["fingers"], strict=True):
         assert f"{name}: {one['effect']} at " in drawn
         assert f" mm, {one['peak_um']:.2g} µm at most;" in drawn
-        assert f"gets {one['isolation_db']:.0f} dB less of it" in drawn
+        # One figure for each finger, in the sentence, the title and the rows.
+        others = next(other for other in found["fingers"] if other is not one)
+        over_db = 20.0 * math.log10(one["peak_um"] / others["other_peak_um"])
+        assert one["over_other_effect_db"] == pytest.approx(over_db, abs=0.01)
+        more = f"{over_db:.0f} dB more than"
+        assert f"{more} {name} gets of {others['name']}'s {others['effect']}" in drawn
+        assert f"{more} it gets of {others['name']}'s {others['effect']}" in found["verdict"]
+        assert f">{others['name']} gets of {name}'s {one['effect']}" in drawn
     for words, said in (
         (
             ("--at", "0,15", "--other-effect", "thud"),

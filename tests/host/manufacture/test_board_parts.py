@@ -106,7 +106,8 @@ def test_supports_of_no_known_height_are_listed_with_what_coils_need() -> None:
     board = replace(load_board("phone5"), foundation=None, springs=tuple(feet))
     values = [part.value for part in mechanical_parts(board) if part.part == "foot"]
     needed = "; coils need 6.5 mm under the plate"
-    assert values == ["rubber or a spring" + needed, "rubber-foot-6x6: ⌀6 × 6 mm, 40 Shore A"]
+    foot = "rubber-foot-6x6: ⌀6 × 6 mm, 40 Shore A; coils reach 0.5 mm into the ground plate"
+    assert values == ["rubber or a spring" + needed, foot]
 
 
 def test_a_coil_that_no_file_states_is_said_to_be_assumed(prototype: Board) -> None:

@@ -247,6 +247,10 @@ def test_holes_in_foam_have_room_for_coils_that_reach_into_it(tmp_path: Path) ->
     assert words in texts
     # 6.5 mm of magnet, gap and winding.
     assert "ground plate: holes wider than ⌀10, 0.5 deep" in texts
+    feet = (Spring((0.0, 0.06), 47e3, part="silicone-foot-8x3"), Spring((0.0, -0.06), 47e3))
+    stood = replace(board, foundation=None, springs=feet)
+    texts = ["".join(own.itertext()) for own in svg(stood, tmp_path).iter(f"{SVG}text")]
+    assert "ground plate: holes wider than ⌀10, 3.5 deep" in texts
     assert board.foundation is not None
     wide = replace(board.foundation, coil_cut_out=5e-3)
     thin = replace(board.foundation, thickness=5e-3)

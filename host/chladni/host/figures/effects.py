@@ -40,11 +40,15 @@ def effect_figure(effect: Effect) -> Figure:
 
 
 def played_effects_figure(
-    played: Sequence[PlayedEffect], titles: Sequence[str], heading: str | None = None
+    played: Sequence[PlayedEffect],
+    titles: Sequence[str],
+    heading: str | None = None,
+    others: Sequence[str] = (),
 ) -> Figure:
     """A column for each effect: what was asked for, what its finger gets, and what another gets.
 
-    Each has its own time axis, which ends with its effect; `heading` stands above all of them.
+    Each has its own time axis, which ends with its effect; `heading` stands above all of them, and
+    each of `others` above what another finger gets.
     """
     has_other, count = played[0].other_um is not None, len(played)
     figure = Figure(figsize=(4.0 + 4.0 * count, 6.0 if has_other else 4.4), layout="constrained")
@@ -55,6 +59,8 @@ def played_effects_figure(
     other = "under the other:\nRMS over fingertip\n(no sign) / µm"
     if has_other:
         other += _scale_other(rows[1:], played)
+    for axes, title in zip(rows[-1], others, strict=False):
+        axes.set_title(title, color=INK, fontsize=10)
     for axes, label in zip(rows[:, 0], ("asked for", "under the finger / µm", other), strict=False):
         axes.set_ylabel(label)
     if heading is not None:

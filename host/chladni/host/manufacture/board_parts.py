@@ -9,7 +9,7 @@ from dataclasses import replace
 from chladni.host.manufacture.wiring.part import Part
 from chladni.host.manufacture.wiring.parts import parts_list
 from chladni.sim.board.board import Board
-from chladni.sim.board.catalogue import FEET
+from chladni.sim.board.catalogue import FEET, lowest_foot
 from chladni.sim.board.foundation import MATERIALS, Foundation
 from chladni.sim.board.parts import Plate
 from chladni.sim.board.quantity import MM
@@ -73,11 +73,13 @@ def foam_of(foundation: Foundation) -> str:
 
 
 def ground_holes_mm(board: Board) -> float:
-    """How deep coils reach into what the foam lies on; 0 where the foam has room for them."""
+    """How deep coils reach into what foam or feet stand on.
+
+    0 where they have room under the plate, or no file has its height.
+    """
     own = board.foundation
-    if own is None or not own.thickness:
-        return 0.0
-    return float(f"{max(0.0, board.below_plate - own.thickness) / MM:.3g}")
+    room = own.thickness if own and own.thickness else lowest_foot(board.springs)
+    return 0.0 if room is None else float(f"{max(0.0, board.below_plate - room) / MM:.3g}")
 
 
 def _plate(board: Board) -> Part:
@@ -139,8 +141,7 @@ def _foam(board: Board) -> list[Part]:
     # Cut-outs of strips may lie beside them, and there the mass is not said.
     holes = board.all_cut_outs
     is_whole = not board.foundation_strips
-    deep = ground_holes_mm(board)
-    under = f"; coils reach {deep:g} mm into the ground plate" if deep else ""
+    under = _in_ground(board)
     pieces = board.foundation_strips or ((0.0, board.plate.size[0], 0.0, board.plate.size[1]),)
     parts = []
     for x0, x1, y0, y1 in pieces:
@@ -156,6 +157,11 @@ def _foam(board: Board) -> list[Part]:
         why = f"{cut}; {own.sheet_stiffness * MM**3:g} N/mm³"
         parts.append(Part("foam", 1, f"{what}, {sides} mm{under}", why, mass_g=mass))
     return parts
+
+
+def _in_ground(board: Board) -> str:
+    deep = ground_holes_mm(board)
+    return f"; coils reach {deep:g} mm into the ground plate" if deep else ""
 
 
 def _riders(board: Board) -> list[Part]:
@@ -196,6 +202,7 @@ def _supports(board: Board) -> list[Part]:
         room = f"; coils need {board.below_plate / MM:.3g} mm under the plate"
         known = {_rubber(name) for name in FEET}
         kinds = [
-            (part, value if value in known else value + room, why) for part, value, why in kinds
+            (part, value + (_in_ground(board) if value in known else room), why)
+            for part, value, why in kinds
         ]
     return [Part(part, count, value, why) for (part, value, why), count in Counter(kinds).items()]

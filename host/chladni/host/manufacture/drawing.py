@@ -260,8 +260,8 @@ def _title(board: Board) -> list[str]:
                 f"its holes from below ⌀{_mm(winding.outer):g}, {_mm(board.coils_in_foam):g} deep, "
                 "for the coils"
             )
-        if winding and (deep := ground_holes_mm(board)):
-            rows.append(f"ground plate: holes wider than ⌀{_mm(winding.outer):g}, {deep:g} deep")
+    if winding and (deep := ground_holes_mm(board)):
+        rows.append(f"ground plate: holes wider than ⌀{_mm(winding.outer):g}, {deep:g} deep")
     return [
         *rows,
         "1:1, in mm from the plate's middle, seen from above",

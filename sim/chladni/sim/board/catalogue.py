@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -145,6 +146,12 @@ GROMMETS = {
 def foot_radius(spring: Spring) -> float:
     """Of the foot that a spring stands for, m; 0 where no part is named."""
     return FEET[spring.part].outer * MM / 2.0 if spring.part in FEET else 0.0
+
+
+def lowest_foot(springs: Sequence[Spring]) -> float | None:
+    """Height of the lowest foot of this catalogue, m; None without one."""
+    heights = [FEET[spring.part].height * MM for spring in springs if spring.part in FEET]
+    return min(heights, default=None)
 
 
 def with_rubber_parts(document: dict[str, Any]) -> dict[str, Any]:

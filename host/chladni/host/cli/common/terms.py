@@ -49,6 +49,7 @@ WORDS = {
     "supply_limit_ma": "limit in all",
     "level_change_db": "level changes by up to",
     "isolation_change_db": "isolation at the worst tenth changes by",
+    "over_other_effect_db": "its peak over what it gets of the other's effect",
     "isolation_db": "own signal over its share at the others",
     "two_fingers": "two fingers pressing, 16 mm apart or more",
     "fingers_2_db": "two fingers pressing, own signal over its share at the other",

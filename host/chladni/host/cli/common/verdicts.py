@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +13,7 @@ from chladni.drives.scoring.several_fingers.kept_apart import KeptApart
 from chladni.drives.scoring.survey import FocusStatistics
 from chladni.sim.board.gpio import CHIPS
 from chladni.sim.image.finger import NOTICED_DB, sensation_db
-from chladni.sim.image.metrics import SECOND_FINGER_DISTANCE
+from chladni.sim.image.metrics import FLOOR_DB, SECOND_FINGER_DISTANCE, decibel
 
 if TYPE_CHECKING:
     from chladni.host.emulation.played_effect import PlayedEffect
@@ -268,12 +267,19 @@ def decibels_less(db: float) -> str:
     return f"{abs(db):.0f} dB {'less' if db >= 0.0 else 'more'}"
 
 
+def over_other_effect_db(played: Sequence[PlayedEffect]) -> list[float]:
+    """For each of two fingers its own effect over what it gets of the other's, dB."""
+    return [
+        decibel((own.peak_um / other.other_peak_um) ** 2) if other.other_peak_um else -FLOOR_DB
+        for own, other in zip(played, reversed(played), strict=True)
+    ]
+
+
 def of_two_effects(effects: Sequence[str], played: Sequence[PlayedEffect]) -> str:
     """What each of two fingers, A and B, has of its own effect and of the other's."""
     told = []
-    for own, other in ((0, 1), (1, 0)):
+    for own, other, db in zip((0, 1), (1, 0), over_other_effect_db(played), strict=True):
         um, by_other = played[own].peak_um, played[other].other_peak_um or 0.0
-        db = 20.0 * math.log10(um / by_other) if by_other > 0.0 else math.inf
         others = f"{'AB'[other]}'s {effects[other]}"
         sentence = f"{'AB'[own]} gets {um:.2g} µm of its {effects[own]}"
         if db >= 0.0:

@@ -15,7 +15,12 @@ from chladni.effects.effect import Effect
 from chladni.effects.files import ReadEffect
 from chladni.host.cli.common.finger_remarks import say_waves
 from chladni.host.cli.common.output import Place, answer, write_figure
-from chladni.host.cli.common.verdicts import decibels_less, of_effect, of_two_effects
+from chladni.host.cli.common.verdicts import (
+    decibels_less,
+    of_effect,
+    of_two_effects,
+    over_other_effect_db,
+)
 from chladni.host.cli.device.connection import Connection
 from chladni.host.cli.effects.pairs import played_pairs
 from chladni.host.cli.effects.remarks import say_filtered, say_less_than_asked, say_off_board
@@ -66,9 +71,12 @@ def play_emulated(
             "effect": read.effect.name,
             "at_mm": list(place),
             "left_out": read.left_out,
+            "over_other_effect_db": over_db,
             **_numbers(one),
         }
-        for name, read, place, one in zip("AB", reads, places, found, strict=True)
+        for name, read, place, one, over_db in zip(
+            "AB", reads, places, found, over_other_effect_db(found), strict=True
+        )
     ]
     told = of_two_effects([one.name for one in effects], found)
     result: dict[str, Any] = {"verdict": told} | setup.rows(as_json=as_json)
@@ -157,13 +165,22 @@ def _draw(
     from chladni.host.figures.effects import played_effects_figure  # noqa: PLC0415
 
     at = ["{:g}, {:g} mm".format(*place) for place in places]
-    titles, several = [], len(found) > 1
-    for number, (own, effect) in enumerate(zip(found, effects, strict=True)):
-        name = f"{'AB'[number]}: " if several else ""
-        title = f"{name}{effect.name} at {at[number]}, {own.peak_um:.2g} µm at most"
-        if own.isolation_db is not None:
-            other = "BA"[number] if several else f"the other at {at[1]}"
-            title += f";\n{other} gets {decibels_less(own.isolation_db)} of it"
-        titles.append(title)
-    heading = setup.title + ("; each effect on its own time axis" if several else "")
-    write_figure(played_effects_figure(found, titles, heading), figure)
+    titles = [
+        f"{effect.name} at {place}, {own.peak_um:.2g} µm at most"
+        for effect, place, own in zip(effects, at, found, strict=False)
+    ]
+    heading, others = setup.title, []
+    if len(found) > 1:
+        heading += "; each effect on its own time axis"
+        others = [f"{'BA'[n]} gets of {'AB'[n]}'s {effects[n].name}" for n in (0, 1)]
+        # Of the verdict, not the isolation: one figure for a finger, wherever people look.
+        titles = [
+            f"{own}: {title};\n{abs(db):.0f} dB {'more' if db >= 0.0 else 'less'} than {own} gets "
+            f"of {other}'s {effect.name}"
+            for own, other, title, effect, db in zip(
+                "AB", "BA", titles, reversed(effects), over_other_effect_db(found), strict=True
+            )
+        ]
+    elif found[0].isolation_db is not None:
+        titles[0] += f";\nthe other at {at[1]} gets {decibels_less(found[0].isolation_db)} of it"
+    write_figure(played_effects_figure(found, titles, heading, others), figure)
