@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from calibration.small_board import small_board
 from chladni.calibration import hidden_plate
+from chladni.calibration.fit import INTERVAL
 from chladni.calibration.hidden import HiddenPlate
 from chladni.calibration.laboratory.fields_at_places import SENSOR_RADIUS, FieldsAtPlaces
 from chladni.calibration.laboratory.fields_fit import fit_fields
 from chladni.calibration.laboratory.measured_fields import MeasuredFields, joined
+from chladni.calibration.laboratory.refined_fields import SENSOR
 from chladni.calibration.sensing import BASE_SAMPLES, MULTIPLES, UNIT_HZ
 from chladni.calibration.unknowns import unknowns_of
 from chladni.host.device.device import Device
@@ -144,6 +146,9 @@ def test_a_sensor_on_every_coil_tells_forces_and_level() -> None:
     found = fit_fields(board, fields)
     forces = np.array([own.strength for own in found.board.actuators])
     assert forces == pytest.approx(hidden.strengths, rel=0.15)
+    # No value is told better than a sensor is known.
+    told = [np.log(own.high / own.low) / (2.0 * INTERVAL) for own in found.parameters if own.told]
+    assert min(told) > SENSOR
     moves = [
         np.diag(open_coils(own, 160.0, tolerance=1e-3).compliance)
         for own in (found.board, hidden.board)

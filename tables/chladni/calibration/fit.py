@@ -328,11 +328,12 @@ class _Search:
 
 
 def parameters_of(
-    unknowns: Unknowns, values: FloatArray, covariance: FloatArray
+    unknowns: Unknowns, values: FloatArray, covariance: FloatArray, inexact: float = INEXACT
 ) -> Iterator[Parameter]:
     """What was found of the whole board; foam is the mean of all its patches.
 
-    Of the first of the unknowns' values, as many as were fitted.
+    Of the first of the unknowns' values, as many as were fitted. `inexact` is the least deviation
+    of each one's logarithm that no covariance knows of.
     """
     for row, name in enumerate(unknowns.scales):
         takes = np.zeros(values.size)
@@ -340,9 +341,9 @@ def parameters_of(
         if name == "foam" and unknowns.patches:
             takes[unknowns.patch_values] = 1.0 / len(unknowns.patches)
         value = float(takes @ values)
-        inexact = UNFITTED.get(name, INEXACT)
+        least = max(UNFITTED.get(name, 0.0), inexact)
         if name == "sheet's loss" and "foam" in unknowns.scales:
-            inexact = BESIDE_FOAM
-        own = float(np.hypot(np.sqrt(takes @ covariance @ takes), inexact))
+            least = BESIDE_FOAM
+        own = float(np.hypot(np.sqrt(takes @ covariance @ takes), least))
         before = float(np.sqrt(takes**2 @ unknowns.spread[: values.size] ** 2))
         yield Parameter.of_logarithm(name, value, own, own < TOLD_APART * before)
