@@ -25,7 +25,6 @@ LONG = (
     "calibration/test_laboratory.py::test_the_command_writes_the_board",
     "calibration/test_sound.py::test_a_recording_is_calibrated_with",
     "calibration/test_sound.py::test_boards_on_feet_and_on_nothing_are_found_by_ear[False]",
-    "chain/test_all_regions.py",
     "chain/test_chain.py::test_plate_commands_answer_and_draw",
     "chain/test_examples.py::test_a_device_of_another_board_is_left_alone",
     "chain/test_examples.py::test_an_example_runs_and_draws[design]",
@@ -88,7 +87,6 @@ LONG = (
     "drives/test_sensitivity.py::test_a_board_for_fingers_is_rated_by_what_two_of_them_get",
     "drives/test_sensitivity.py::test_foam_that_carries_a_board_decides_its_level",
     "drives/test_sensitivity.py::test_forces_change_no_more_than_their_own_share",
-    "drives/test_sensitivity.py::test_isolation_lost_is_of_the_worst_tenth_as_fingers_has_it",
     "drives/test_sensitivity.py::test_the_command_sorts_and_draws",
     "drives/test_traces.py::test_any_change_of_a_traces_bytes_gives_the_same_chain_or_words",
     "drives/test_workers.py::test_what_a_killed_worker_had_is_done_again",
@@ -193,6 +191,11 @@ LONG = (
 )
 """Beginnings of their names."""
 LONGEST = (
+    "drives/test_sensitivity.py::test_isolation_lost_is_of_the_worst_tenth_as_fingers_has_it",
+    "calibration/test_laboratory.py::test_what_is_wrong_is_told_from_the_data[axes-x and y exchanged]",
+    "chain/test_all_regions.py::test_the_pins_field_is_the_solvers_in_every_region",
+    "host/test_fingers_command.py::test_an_emulated_device_plays_nearly_what_the_board_would[strip5]",
+    "studio/test_device.py::test_a_finger_is_lifted_when_the_studio_ends[2]",
     "calibration/test_accelerometer.py::test_a_board_is_found_by_an_accelerometer_at_two_places",
     "calibration/test_calibration.py::test_a_weight_on_the_board_is_noticed",
     "calibration/test_laboratory.py::test_foam_is_found_in_patches",

@@ -4,8 +4,8 @@ A model of the whole way from the plate to numbers: coils and flux (`sim/fields/
 resistance that each coil really has, an amplifier and a 12-bit converter with noise and a bend,
 sampled in step with the carrier, and a lock-in over whole periods.
 
-It leaves out the settling of the multiplexer's input and the carrier's own residue: both are over
-before a period is taken.
+It leaves out the settling of the multiplexer's input, which is over before a period is taken, and
+what the converter has of the carrier (`but_carrier`).
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.calibration.device_readings import coil_impedance
 from chladni.calibration.hidden import HiddenPlate
 from chladni.calibration.sensing import (
     AMPLIFIER,
@@ -87,7 +88,8 @@ def read_hidden(hidden: HiddenPlate, seed: int = 0) -> CoilReadings:
         both: ComplexArray = np.asarray(gain * (induced + 2j * np.pi * hz * inductances) * flows)
         share = fitting_share(both)
         read, spread = _lock_in(share * both, multiple, periods, rng)
-        return ReadAt(hz, off * read / (share * current), spread / (share * current))
+        duties = np.full(len(off), LEVEL * share)
+        return ReadAt(hz, off * read / (share * current), spread / (share * current), duties)
 
     *low, high = hidden_voltages(hidden, (*MULTIPLES, FLUX_MULTIPLE))
     flux = read_at(FLUX_MULTIPLE, high, unlike * turned)
@@ -95,6 +97,23 @@ def read_hidden(hidden: HiddenPlate, seed: int = 0) -> CoilReadings:
     count = len(board.actuators)
     each = periods / UNIT_HZ + SETTLE
     return CoilReadings.of(moved, flux, count * (count - 1) * (len(MULTIPLES) + 1) * each)
+
+
+def but_carrier(apart: ComplexArray, hidden: HiddenPlate) -> tuple[ComplexArray, FloatArray]:
+    """What readings differ by, without what pairs have in common by their flux.
+
+    Returns
+    -------
+    apart
+        (frequencies, listening, playing).
+    carrier
+        What was taken off, as a share of the pulses that coils share, (frequencies,).
+    """
+    board, hz = hidden.board, reading_frequencies()
+    flux = turned_inductances(hidden)
+    shared = coil_impedance(board, hz) / board.known_coil.inductance
+    numbers = np.tensordot(apart, flux, 2) / np.sum(flux**2)
+    return apart - numbers[:, None, None] * flux, np.abs(numbers / shared)
 
 
 def fitting_share(volts: ComplexArray) -> float:

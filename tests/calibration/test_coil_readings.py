@@ -8,10 +8,11 @@ import re
 import numpy as np
 import pytest
 
-from calibration.reading_arithmetic import read_hidden
+from calibration.reading_arithmetic import but_carrier, read_hidden
 from calibration.small_board import small_board
 from chladni.calibration import fit_board, hidden_plate
 from chladni.calibration.device_readings import REFERENCE, readings_of
+from chladni.calibration.flux import CARRIER_LEFT
 from chladni.calibration.hidden import HiddenPlate
 from chladni.calibration.sensing import (
     BASE_SAMPLES,
@@ -68,13 +69,15 @@ def test_the_firmware_reads_what_the_arithmetic_says(
 ) -> None:
     """The same plate by two ways: firmware, carrier and impulse responses, and sines alone.
 
-    Left are both ways' gain (1 %), flux (1 %), resistances at another impedance (2 %), and noise.
+    Left are both ways' gain (1 %), flux (1 %), resistances at another impedance (2 %), noise, and
+    of the carrier no more than the amplifier passes, one number of all pairs.
     """
     own = driven_by(board, drive, bits)
     hidden = hidden_plate(own, seed)
     found, expected = read(own, hidden), read_hidden(hidden)
     assert found.frequencies_hz == pytest.approx(expected.frequencies_hz)
-    apart = found.volts - expected.volts
+    apart, carrier = but_carrier(found.volts - expected.volts, hidden)
+    assert np.all(carrier < CARRIER_LEFT + 0.01)
     allowed = 5.0 * np.hypot(found.noise, expected.noise) + 0.05 * np.abs(expected.volts)
     assert np.all(np.abs(apart) <= allowed)
     whole = np.linalg.norm(apart) / np.linalg.norm(expected.volts)
@@ -93,7 +96,8 @@ def test_a_board_is_found_by_its_device(board: Board) -> None:
     found = fit_board(board, readings)
     assert found.wiring.signs.tolist() == np.sign(strengths).tolist()
     alive = strengths != 0.0
-    assert found.strengths[alive] == pytest.approx(np.abs(strengths[alive]), abs=0.1)
+    # Under foam of 2.7 times the drawn stiffness little moves from coil to coil.
+    assert found.strengths[alive] == pytest.approx(np.abs(strengths[alive]), abs=0.12)
 
 
 def test_a_host_that_was_away_for_a_moment_reads_again(board: Board) -> None:
@@ -189,9 +193,10 @@ def test_bridges_are_awake_before_and_after_whatever_happens(board: Board) -> No
     assert core.bridges_awake == 1  # the one that plays
     core.restart("watchdog")
     emulator.run(20.0)
-    assert core.bridges_awake == 0xFF
+    # No coil is at the amplifier, whichever plays next.
+    assert (core.bridges_awake, core.listens_at) == (0xFF, REFERENCE)
     assert sense(device, **ASKED) is not None
-    assert core.bridges_awake == 0xFF
+    assert (core.bridges_awake, core.listens_at) == (0xFF, REFERENCE)
     device.link.request("sense", b"", **ASKED)
     emulator.run(60.0)
     assert core.bridges_awake == 1

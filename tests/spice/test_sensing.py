@@ -72,3 +72,6 @@ def test_the_carrier_that_a_neighbour_couples_in_leaves_room(tmp_path: Path) -> 
     found = simulate("sensing", tmp_path, emf=0.0, coupled_v=40e-3, stop=30e-3)
     ripple = found["highest_v"] - found["lowest_v"]
     assert ripple < 0.25 * CONVERTER_V
+    # Of pulses of half a period, 2/π on either side of the middle; others pass a twentieth of it.
+    passed = abs(complex(amplifier_gain(np.array(80e6 / 1024.0))))
+    assert ripple == pytest.approx(2.0 * 40e-3 * 2.0 / np.pi * passed, rel=0.15)

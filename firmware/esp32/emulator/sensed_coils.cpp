@@ -19,14 +19,17 @@ constexpr uint32_t kLevels = 2, kAwake = 3, kDirections = 6;
 
 }  // namespace
 
-void SensedCoils::set_responses(uint32_t channels, std::vector<float> responses, double noise,
-                                double bend, double begin_us, uint32_t seed) {
+void SensedCoils::set_responses(uint32_t channels, std::vector<float> responses,
+                                std::vector<std::complex<double>> carrier, uint32_t late,
+                                double noise, double bend, double begin_us, uint32_t seed) {
   channels_ = channels;
   length_ =
       channels == 0
           ? 0U
           : static_cast<uint32_t>(responses.size() / (channels + 1U) / channels / kConversions);
   responses_ = std::move(responses);
+  carrier_ = std::move(carrier);
+  late_ = late;
   noise_ = noise;
   bend_ = bend;
   begin_us_ = begin_us;
@@ -106,10 +109,15 @@ void SensedCoils::respond(uint64_t clock, const Pwm& pwm) {
     if (silent_for_[k] >= length_) continue;
     const float* own = &responses_[(heard * channels_ + k) * kConversions * length_];
     const float* const duty = &duties_[k][newest_];
-    for (double& steps : steps_) {
+    const std::complex<double>* const carrier = &carrier_[(heard * channels_ + k) * kHarmonics];
+    const auto late = static_cast<double>(duty[late_]);
+    for (uint32_t n = 0; n < kConversions; ++n) {
       float part = 0.0F;
-      for (uint32_t n = 0; n < length_; ++n) part += own[n] * duty[n];
-      steps += static_cast<double>(part);
+      for (uint32_t age = 0; age < length_; ++age) part += own[age] * duty[age];
+      const uint64_t now = (clock >> kConversionBits) + n;
+      const double turns = std::ldexp(static_cast<double>(now), kConversionBits) /
+                           std::ldexp(1.0, static_cast<int>(pwm.bits()));
+      steps_[n] += static_cast<double>(part) + left_of_carrier(carrier, late, turns);
       own += length_;
     }
   }
@@ -117,6 +125,24 @@ void SensedCoils::respond(uint64_t clock, const Pwm& pwm) {
   for (uint32_t n = 0; n < kConversions; ++n) {
     steps_[n] += bumped(clock + (uint64_t{n} << kConversionBits));
   }
+}
+
+// A pulse from each carrier period's begin, of so much of it; the other way round where a bridge's
+// sign is set.
+double SensedCoils::left_of_carrier(const std::complex<double>* residues, double duty,
+                                    double turns) const {
+  const double sign = duty < 0.0 ? -1.0 : 1.0;
+  const std::complex<double> turn(0.0, -2.0 * kPi);
+  double sum = 0.0;
+  for (uint32_t k = 0; k < kHarmonics; ++k) {
+    const double harmonic = k + 1.0;
+    const std::complex<double> pulse =
+        (1.0 - std::exp(turn * harmonic * std::abs(duty))) / (harmonic * kPi) *
+        std::complex<double>(0.0, -1.0);
+    const double ago = harmonic * (turns - std::floor(turns));
+    sum += std::real(residues[k] * pulse * std::exp(-turn * ago));
+  }
+  return sign * sum;
 }
 
 double SensedCoils::bumped(uint64_t clock) const {

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <array>
+#include <complex>
 #include <cstdint>
 #include <deque>
 #include <vector>
@@ -16,6 +17,10 @@
 #include "emulator/pwm.hpp"
 
 namespace chladni::emulator {
+
+// Of the slowest carrier, 19.5 kHz, up to the rate of conversions, of which they take whole
+// multiples for standing still.
+constexpr uint32_t kHarmonics = 4;
 
 struct SensingFaults {
   bool is_expander_absent = false;
@@ -37,11 +42,16 @@ class SensedCoils {
  public:
   // Responses of (channels that are heard and the reference, channels that play, conversions,
   // duties), the newest duty's first.
+  // What of a carrier of that many harmonics a conversion sees at its moment, steps, (heard and
+  // reference, playing, harmonics), and how many duties late.
   // The converter's noise and bend, RMS and most, in steps, and how late it starts, us.
-  void set_responses(uint32_t channels, std::vector<float> responses, double noise, double bend,
-                     double begin_us, uint32_t seed);
+  void set_responses(uint32_t channels, std::vector<float> responses,
+                     std::vector<std::complex<double>> carrier, uint32_t late, double noise,
+                     double bend, double begin_us, uint32_t seed);
   SensingFaults& faults() { return faults_; }
   void set_bump(const Bump& bump) { bump_ = bump; }
+  // The expander's first five outputs: the multiplexer's input, or the reference in its place.
+  uint32_t listens_at() const { return registers_[2] & 31U; }
   // The expander's second eight outputs, a bit each: which bridges are awake.
   uint32_t awake() const { return registers_[3]; }
 
@@ -60,12 +70,15 @@ class SensedCoils {
   bool is_awake(uint32_t channel, const Pwm& pwm) const;
   void remember(const Pwm& pwm);
   void respond(uint64_t clock, const Pwm& pwm);
+  double left_of_carrier(const std::complex<double>* residues, double duty, double turns) const;
   double bumped(uint64_t clock) const;
   uint16_t convert(double steps);
 
   uint32_t channels_ = 0;
   uint32_t length_ = 0;
   std::vector<float> responses_;
+  std::vector<std::complex<double>> carrier_;
+  uint32_t late_ = 0;
   double noise_ = 0.0, bend_ = 0.0, begin_us_ = 0.0;
   Noise random_;
   SensingFaults faults_{};

@@ -105,7 +105,7 @@ def _read_at(board: Board, heard: Sequence[Heard], multiple: int) -> ReadAt:
     per_volt = reference.steps / reference.duty / (REFERENCE_SHARE * across)
     per_ampere = per_volt * (duty_volts(board) / coil_impedance(board, hz))
     volts = np.zeros((count, count), np.complex128)
-    spread = np.ones((count, count))
+    spread, duties = np.ones((count, count)), np.zeros(count)
     for listening, playing in np.argwhere(~np.eye(count, dtype=bool)).tolist():
         one = pairs.get((listening, playing))
         if one is None:
@@ -114,7 +114,8 @@ def _read_at(board: Board, heard: Sequence[Heard], multiple: int) -> ReadAt:
             raise InputError("readings", given, expected)
         volts[listening, playing] = one.steps / one.duty / per_ampere
         spread[listening, playing] = one.spread / one.duty / abs(per_ampere)
-    return ReadAt(hz, volts, spread)
+        duties[playing] = one.duty
+    return ReadAt(hz, volts, spread, duties)
 
 
 def _reference(board: Board, own: Sequence[Heard], hz: float) -> Heard:

@@ -1,7 +1,7 @@
 """What coils read of each other, kept in a file: a board need not be read again to be fitted again.
 
 JSON: the board's name and fingerprint, frequencies in Hz, and for each the voltages per ampere of
-every pair of coils, real and imaginary, with one standard deviation.
+every pair of coils, real and imaginary, with one standard deviation, and the duty of each coil.
 """
 
 from __future__ import annotations
@@ -33,10 +33,12 @@ def readings_file(readings: CoilReadings, board: Board) -> bytes:
         "volts_per_ampere_real": readings.volts.real.tolist(),
         "volts_per_ampere_imag": readings.volts.imag.tolist(),
         "noise": readings.noise.tolist(),
+        "duties": readings.duties.tolist(),
         "high_hz": readings.high.hz,
         "high_volts_per_ampere_real": readings.high.volts.real.tolist(),
         "high_volts_per_ampere_imag": readings.high.volts.imag.tolist(),
         "high_noise": readings.high.spread.tolist(),
+        "high_duties": readings.high.duties.tolist(),
     }
     return json.dumps(found, indent=1).encode()
 
@@ -64,7 +66,7 @@ def load_readings(path: Path, board: Board) -> CoilReadings:
     try:
         hz = np.array(found["frequencies_hz"], np.float64)
         shape = (hz.size, count, count)
-        keys = ("volts_per_ampere_real", "volts_per_ampere_imag", "noise")
+        keys = ("volts_per_ampere_real", "volts_per_ampere_imag", "noise", "duties")
         low, high = (
             [np.array(found[begins + key], np.float64) for key in keys] for begins in ("", "high_")
         )
@@ -73,10 +75,10 @@ def load_readings(path: Path, board: Board) -> CoilReadings:
         raise InputError(str(path), f"{error}", "what `chladni calibrate` writes") from None
     fits = hz.ndim == 1 and hz.size > 0 and bool(np.all(hz > 0.0))
     fits = fits and 0.0 < high_hz < np.inf and 0.0 <= seconds < np.inf
-    fits = fits and all(own.shape == shape for own in low)
-    fits = fits and all(own.shape == shape[1:] for own in high)
+    fits = fits and all(own.shape == shape for own in low[:3]) and low[3].shape == shape[:2]
+    fits = fits and all(own.shape == shape[1:] for own in high[:3]) and high[3].shape == shape[2:]
     fits = fits and all(np.all(np.isfinite(own)) for own in (hz, *low, *high))
-    if not fits or not (np.all(low[2] > 0.0) and np.all(high[2] > 0.0)):
+    if not fits or not all(np.all(own > 0.0) for own in (*low[2:], *high[2:])):
         raise InputError(str(path), "damaged readings", f"numbers of {count} coils")
-    at_high = ReadAt(high_hz, high[0] + 1j * high[1], high[2])
-    return CoilReadings(hz, low[0] + 1j * low[1], low[2], at_high, seconds)
+    at_high = ReadAt(high_hz, high[0] + 1j * high[1], high[2], high[3])
+    return CoilReadings(hz, low[0] + 1j * low[1], low[2], low[3], at_high, seconds)

@@ -57,11 +57,14 @@ class ReadAt:
         Per ampere that was meant, (listening, playing).
     spread
         One standard deviation of its real and imaginary parts, by the converter's noise.
+    duties
+        Amplitudes that coils played with, (playing,).
     """
 
     hz: float
     volts: ComplexArray
     spread: FloatArray
+    duties: FloatArray
 
 
 @dataclass(frozen=True)
@@ -76,6 +79,8 @@ class CoilReadings:
         Per ampere that was meant, (frequencies, listening, playing), 0 on the diagonals.
     noise
         One standard deviation of its real and imaginary parts, the same shape.
+    duties
+        Amplitudes that coils played with, (frequencies, playing).
     high
         At 7.6 kHz, where flux is most of it.
     seconds
@@ -85,6 +90,7 @@ class CoilReadings:
     frequencies_hz: FloatArray
     volts: ComplexArray
     noise: FloatArray
+    duties: FloatArray
     high: ReadAt
     seconds: float
 
@@ -95,6 +101,7 @@ class CoilReadings:
             np.array([own.hz for own in low]),
             np.array([own.volts for own in low]),
             np.array([own.spread for own in low]),
+            np.array([own.duties for own in low]),
             high,
             seconds,
         )

@@ -114,13 +114,13 @@ void CoilSense::end(const Hal& hal, SenseState state) {
   if (!is_running()) return;
   state_ = state;
   if (request_.motions > 0) return;
-  are_awake_ = expander::set(hal, 0, expander::kAllAwake);
+  are_awake_ = expander::rest(hal);
 }
 
 // After a start nothing is known of the expander, which may have been left by another one.
 void CoilSense::wake_all(const Hal& hal, uint32_t now_ms) {
   woken_ms_ = now_ms;
-  are_awake_ = expander::set(hal, 0, expander::kAllAwake);
+  are_awake_ = expander::rest(hal);
   is_missing_ = !are_awake_;
 }
 

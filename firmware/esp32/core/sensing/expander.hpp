@@ -30,4 +30,8 @@ inline bool set(const Hal& hal, uint8_t source, uint8_t awake) {
   return true;
 }
 
+// While nothing is listened to: any coil may play, and none may be at the amplifier then, which
+// its driver's volts would saturate.
+inline bool rest(const Hal& hal) { return set(hal, kReference, kAllAwake); }
+
 }  // namespace chladni::expander

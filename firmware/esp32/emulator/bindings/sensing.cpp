@@ -3,6 +3,7 @@
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/string.h>
 
+#include <complex>
 #include <string>
 #include <vector>
 
@@ -15,19 +16,25 @@ namespace chladni::emulator {
 
 namespace {
 
+using Residues = nb::ndarray<const std::complex<double>, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 using Responses = nb::ndarray<const float, nb::ndim<4>, nb::c_contig, nb::device::cpu>;
 
-void set_responses(Emulator& self, const Responses& responses, double noise, double bend,
-                   double begin_us, uint32_t seed) {
+void set_responses(Emulator& self, const Responses& responses, const Residues& carrier,
+                   uint32_t late, double noise, double bend, double begin_us, uint32_t seed) {
   const size_t channels = responses.shape(1), length = responses.shape(3);
   if (channels < 1 || channels > kMaxChannels || responses.shape(0) != channels + 1U ||
       responses.shape(2) != 4 || length < 1) {
     throw nb::value_error("responses: (channels + 1, channels, 4, duties)");
   }
+  if (carrier.shape(0) != channels + 1U || carrier.shape(1) != channels ||
+      carrier.shape(2) != kHarmonics || late >= length) {
+    throw nb::value_error("carrier: (channels + 1, channels, 4), late by fewer duties");
+  }
   const float* const first = responses.data();
+  const std::complex<double>* const left = carrier.data();
   self.coils().set_responses(static_cast<uint32_t>(channels),
-                             std::vector<float>(first, first + responses.size()), noise, bend,
-                             begin_us, seed);
+                             std::vector<float>(first, first + responses.size()),
+                             {left, left + carrier.size()}, late, noise, bend, begin_us, seed);
 }
 
 void bump(Emulator& self, double steps, double hz, double decay_s, double after_s) {
@@ -78,12 +85,13 @@ void bind_sensing(nb::module_& m, nb::class_<Emulator>& emulator) {
           [](Emulator& self) -> AccelerometerFaults& { return self.accelerometer().faults(); },
           nb::rv_policy::reference_internal)
       .def("set_coil_responses", &set_responses, nb::arg("responses"), nb::kw_only(),
-           nb::arg("noise"), nb::arg("bend"), nb::arg("begin_us"), nb::arg("seed"),
+           nb::arg("carrier"), nb::arg("late"), nb::arg("noise"), nb::arg("bend"), nb::arg("begin_us"), nb::arg("seed"),
            "What a duty makes each coil read, steps, (heard and reference, playing, conversions, "
-           "duties).")
+           "duties), and what is left of the carrier's harmonics, (…, harmonics).")
       .def("bump", &bump, nb::kw_only(), nb::arg("steps"), nb::arg("hz"), nb::arg("decay_s"),
            nb::arg("after_s"),
            "Let a blow on the desk ring in every coil that is heard: steps of the converter.")
+      .def_prop_ro("listens_at", [](Emulator& self) { return self.coils().listens_at(); })
       .def_prop_ro("bridges_awake", [](Emulator& self) { return self.coils().awake(); })
       .def_prop_ro(
           "sensing_faults", [](Emulator& self) -> SensingFaults& { return self.coils().faults(); },

@@ -21,6 +21,7 @@ from chladni.host.cli.board_score import board_score
 from chladni.host.cli.common.board_reports import (
     actuator_rows,
     foundation_report,
+    measured_rows,
     panel_report,
     say_current,
     say_leftovers,
@@ -90,7 +91,7 @@ def board_show(
     }
     if loaded.measured:
         result["measured_by"] = f"{loaded.measured.by}, {loaded.measured.date}"
-        result["measured"] = {own.name: own.ratio for own in loaded.measured.values}
+        result["measured"] = measured_rows(loaded.measured, as_json=as_json)
         for key in ("before", "after"):
             if isolation := getattr(loaded.measured, key):
                 result[f"measured_{key}"] = asdict(isolation)

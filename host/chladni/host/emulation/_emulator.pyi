@@ -165,6 +165,8 @@ class Emulator:
     @property
     def panel_faults(self) -> PanelFaults: ...
     @property
+    def listens_at(self) -> int: ...
+    @property
     def bridges_awake(self) -> int: ...
     @property
     def sensing_faults(self) -> SensingFaults: ...
@@ -185,6 +187,8 @@ class Emulator:
         self,
         responses: NDArray[np.float32],
         *,
+        carrier: NDArray[np.complex128],
+        late: int,
         noise: float,
         bend: float,
         begin_us: float,

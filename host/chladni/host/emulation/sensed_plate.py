@@ -4,8 +4,10 @@ A duty of one coil makes another read a sum of what the plate's motion and the c
 through the amplifier and its filters. The emulated hardware has it as an impulse response at the
 rate of samples; noise, bend and rounding of the converter are its own. Motion is solved at the
 frequencies that are read. Between them it is a smooth curve, and resonances beyond the last
-are left out; so are the multiplexer's settling and the carrier's residue, which the netlists of
-`tests/spice` have.
+are left out; so is the multiplexer's settling, which the netlists of `tests/spice` have.
+
+The converter runs in step with the carrier, so what a neighbour couples in of it is no ripple but a
+part of the value, and changes with the duty. It is there with four harmonics of each pulse.
 """
 
 from __future__ import annotations
@@ -58,6 +60,8 @@ LATE = 8
 """Conversions that all is late by, as they pass through the amplifier's filters."""
 FASTEST_S, SLOWEST_S = 20e-6, 60e-6
 """From asking the converter to start until it does."""
+HARMONICS = 4
+"""Of the carrier, as many as the emulator has (firmware/esp32/emulator/sensed_coils.hpp)."""
 
 
 def emulator_on(
@@ -92,6 +96,8 @@ def lay_on(emulator: Emulator, hidden: HiddenPlate, seed: int = 0) -> None:
     responses = coil_responses(hidden, rng)
     emulator.core.set_coil_responses(
         np.ascontiguousarray(responses, np.float32),
+        carrier=carrier_residues(hidden, rng.uniform()),
+        late=LATE // CONVERSIONS,
         noise=CONVERTER_NOISE,
         bend=CONVERTER_BEND,
         begin_us=1e6 * rng.uniform(FASTEST_S, SLOWEST_S),
@@ -149,6 +155,28 @@ def coil_responses(hidden: HiddenPlate, rng: np.random.Generator) -> FloatArray:
     # A duty is held for as many conversions as there are to a sample.
     whole = sum(np.roll(found, k, axis=-1) for k in range(CONVERSIONS))
     return np.moveaxis(np.reshape(whole, (*found.shape[:-1], -1, CONVERSIONS)), -1, -2)
+
+
+def carrier_residues(hidden: HiddenPlate, since: float) -> ComplexArray:
+    """Of harmonics of a carrier of pulses of 1, at a conversion's moment, in its steps.
+
+    Shape (listening and the reference, playing, harmonics). Conversions begin `since` of a carrier
+    period after a pulse does, which no one knows. The plate's mass holds it still there.
+
+    Raises
+    ------
+    MissingError
+        The board has no `[coil]`.
+    """
+    board = hidden.board
+    harmonics = np.arange(1, HARMONICS + 1)
+    hz = np.asarray(harmonics * 80e6 / 2.0**board.electronics.pwm_bits, np.float64)
+    flux = 2j * np.pi * hz * turned_inductances(hidden)[..., None]
+    reference = np.zeros((1, *flux.shape[1:]), np.complex128)
+    reference[0, 0] = REFERENCE_SHARE
+    shares = np.concatenate((flux / coil_impedance(board, hz), reference))
+    steps = duty_volts(board) * amplifier_gain(hz) * CONVERTER_STEPS / CONVERTER_V
+    return np.asarray(shares * steps * np.exp(2j * np.pi * since * harmonics))
 
 
 def amplifier_gain(hz: FloatArray) -> ComplexArray:

@@ -240,16 +240,12 @@ def _check_measured(board: BoardParts) -> None:
     own = board.measured
     if own is None:
         return
-    for key, text in (("by", own.by), ("date", own.date)):
-        if not isinstance(text, str) or not text:
-            raise InputError(f"measured.{key}", text, "a text")
-    try:
-        datetime.date.fromisoformat(own.date)
-    except ValueError:
-        raise InputError("measured.date", own.date, "a day, such as 2026-11-26") from None
+    _check_origin(own.by, own.date, "measured")
     for index, value in enumerate(own.values):
         where = f"measured.values[{index}]"
         check_ranges(value, where)
+        by, date = value.by, value.date
+        _check_origin(own.by if by is None else by, own.date if date is None else date, where)
         if not isinstance(value.name, str) or not value.name:
             raise InputError(f"{where}.name", value.name, "a text")
         if not value.low <= value.ratio <= value.high:
@@ -260,6 +256,16 @@ def _check_measured(board: BoardParts) -> None:
             check_ranges(isolation, f"measured.{key}")
         elif any(pair.values()):
             raise MissingError(f"measured.{key}", "before goes with after")
+
+
+def _check_origin(by: object, date: object, where: str) -> None:
+    for key, text in (("by", by), ("date", date)):
+        if not isinstance(text, str) or not text:
+            raise InputError(f"{where}.{key}", text, "a text")
+    try:
+        datetime.date.fromisoformat(str(date))
+    except ValueError:
+        raise InputError(f"{where}.date", date, "a day, such as 2026-11-26") from None
 
 
 _OF_VALUES = (_check_name, _check_plate, _check_ranges)

@@ -216,12 +216,14 @@ class Regions:
 
 @dataclass(frozen=True)
 class MeasuredValue:
-    """One value, with its interval of 95 %, over that of the board as it was drawn."""
+    """One value and its interval of 95 %, over the drawn ones; its origin, if not the board's."""
 
     name: str
     ratio: float = quantity("ratio", 1.0, 1e-6, 1e6)
     low: float = quantity("low", 1.0, 0.0, 1e6)
     high: float = quantity("high", 1.0, 0.0, 1e6)
+    by: str | None = None
+    date: str | None = None
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.catalogue import METALS, lowest_foot
 from chladni.sim.board.electronics import Area
 from chladni.sim.board.panel_layer import LayeredPlate
+from chladni.sim.board.parts import Measured
 from chladni.sim.board.quantity import MM
 from chladni.sim.fields.magnet_softening import MATTERS, MagnetSoftening
 from chladni.sim.fields.static import is_held
@@ -243,6 +244,19 @@ def actuator_rows(board: Board) -> list[dict[str, Any]]:
         rows.append({"name": own.name, "at_mm": [round(value / MM, 9) for value in own.at]})
         if board.measured:
             rows[-1]["force_ratio"] = 0.0 if own.is_dead else own.strength
+    return rows
+
+
+def measured_rows(own: Measured, *, as_json: bool) -> dict[str, Any]:
+    """By name, what was measured over what was drawn: its interval, how and when."""
+    rows: dict[str, Any] = {}
+    for one in own.values:
+        by, date = one.by or own.by, one.date or own.date
+        rows[one.name] = (
+            {"ratio": one.ratio, "low": one.low, "high": one.high, "by": by, "date": date}
+            if as_json
+            else f"{one.ratio:.3g} ({one.low:.3g} to {one.high:.3g}) by {by}, {date}"
+        )
     return rows
 
 

@@ -264,12 +264,12 @@ def _scores(
 
 def _with_origin(found: Calibrated, before: Isolation, after: Isolation) -> Board:
     """The board that was found, with what was measured of it, how and when."""
+    today = datetime.datetime.now(tz=datetime.UTC).date().isoformat()
     values = [
-        MeasuredValue(own.name, own.value, own.low, own.high)
+        MeasuredValue(own.name, own.value, own.low, own.high, found.by, today)
         for own in found.parameters
         if own.told
     ]
-    today = datetime.datetime.now(tz=datetime.UTC).date().isoformat()
     return replace(found.board, measured=Measured(found.by, today, tuple(values), before, after))
 
 
