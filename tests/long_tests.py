@@ -40,7 +40,6 @@ LONG = (
     "chain/test_played_effect.py::test_a_steady_tone_moves_a_finger_as_the_plate_at_its_frequency_says",
     "chain/test_played_effect.py::test_a_tone_of_less_level_is_as_much_weaker",
     "chain/test_played_effect.py::test_fingers_are_on_a_plate_that_the_device_does_not_know",
-    "chain/test_two_effects.py::test_drives_of_two_effects_share_the_coils",
     "chain/test_two_effects.py::test_fingers_with_an_effect_each_have_rested_where_switches_have_a_bias",
     "chain/test_two_effects.py::test_the_command_plays_an_effect_under_each_finger",
     "chain/test_swipe.py::test_every_report_of_a_swipe_is_scored",
@@ -173,7 +172,6 @@ LONG = (
     "tables/test_table_hard_cases.py::test_a_mirror_in_one_direction_only_is_used",
     "tables/test_table_hard_cases.py::test_one_actuator_and_sixteen",
     "tables/test_table_hard_cases.py::test_a_board_without_mirrors_stores_every_region",
-    "chain/test_score_and_table.py::test_a_table_keeps_what_the_score_said_within_1_db[feet-True]",
     "drives/test_search_cost.py::test_tables_for_fingers_come_of_less_and_play_on_less",
     "host/test_bank_commands.py::test_a_boards_own_level_is_taken_out_where_it_is_asked_for",
     "host/test_ports.py::test_the_emulated_wire_follows_its_configuration",
@@ -191,10 +189,10 @@ LONG = (
 )
 """Beginnings of their names."""
 LONGEST = (
+    "chain/test_two_effects.py::test_drives_of_two_effects_share_the_coils",
+    "chain/test_score_and_table.py::test_a_table_keeps_what_the_score_said_within_1_db[feet-True]",
     "drives/test_sensitivity.py::test_isolation_lost_is_of_the_worst_tenth_as_fingers_has_it",
-    "calibration/test_laboratory.py::test_what_is_wrong_is_told_from_the_data[axes-x and y exchanged]",
     "chain/test_all_regions.py::test_the_pins_field_is_the_solvers_in_every_region",
-    "host/test_fingers_command.py::test_an_emulated_device_plays_nearly_what_the_board_would[strip5]",
     "studio/test_device.py::test_a_finger_is_lifted_when_the_studio_ends[2]",
     "calibration/test_accelerometer.py::test_a_board_is_found_by_an_accelerometer_at_two_places",
     "calibration/test_calibration.py::test_a_weight_on_the_board_is_noticed",
