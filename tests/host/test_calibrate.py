@@ -171,6 +171,7 @@ def test_an_accelerometer_finds_it_too(chladni: CommandLine, drawn: Path, tmp_pa
         *("-o", tmp_path / "measured.toml", "--json"),
     )
     assert (done.code, done.err.count(f"is in {kept} already")) == (0, len(before)), done.err
+    assert "Another one needs a file of its own" in " ".join(done.err.split())
     signs = [own["polarity"] for own in done.json["coils"]]
     assert signs == np.sign(hidden.strengths).tolist()
     assert done.json["by"] == f"an accelerometer, emulated, plate {SEED}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -136,6 +137,12 @@ def _read_before(drawn: Board, kept: Path | None, kilograms: float) -> list[Meas
     if kept is None or not kept.exists():
         return []
     fields = read_measured(kept, drawn, "acceleration", "current")
+    written = datetime.datetime.fromtimestamp(kept.stat().st_mtime).astimezone()
+    places = len(np.unique(fields.places, axis=0))
+    say(
+        f"goes on from {kept}: {places} {'place' if places == 1 else 'places'}, the last of "
+        f"{written:%Y-%m-%d %H:%M}. Are they of this plate? Another one needs a file of its own"
+    )
     return [replace(fields, sensor_kg=kilograms)]
 
 

@@ -80,7 +80,9 @@ def sensing_notes(board: Board) -> list[str]:
     ends = "both ends of coil k lead" if is_bridge else "drain k leads"
     which = "the two multiplexers" if is_bridge else "the multiplexer"
     sleeps = ", 1.k is nSLEEP of bridge k" if is_bridge else ""
+    from_, to = ("ground", "100 kΩ to OUT1") if is_bridge else ("the supply", "200 kΩ to the drain")
     return [
         f"Sensing: {ends} by 10 kΩ to input k of {which}. The expander's 0.0 to 0.3 are the "
         f"address, 0.4 chooses the reference{sleeps}.",
+        f"Reference: 100 Ω at {from_}, from there {to} of coil 1.",
     ]
