@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
+import pytest
 
 from calibration.reading_arithmetic import but_carrier, read_hidden
 from calibration.small_board import small_board
@@ -11,7 +14,8 @@ from chladni.calibration.sensing import MOST_SECONDS
 from chladni.host.device.device import Device
 from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.sensed_plate import emulator_on
-from chladni.host.measuring.coil_readings import read_coils
+from chladni.host.measuring.coil_readings import ReadingError, read_coils
+from thermal import Coils
 
 
 def test_a_blow_on_the_desk_is_read_again() -> None:
@@ -31,3 +35,22 @@ def test_a_blow_on_the_desk_is_read_again() -> None:
     allowed = 5.0 * np.hypot(found.noise, expected.noise) + 0.05 * np.abs(expected.volts)
     assert np.all(apart <= allowed)
     assert found.seconds <= MOST_SECONDS[False]
+
+
+def test_a_coil_that_gets_hot_ends_a_reading() -> None:
+    """Three times as hot as others, and twice as fast: by what the pins did it stays below 60 K."""
+    board = small_board()
+    electronics = dataclasses.replace(board.electronics, coil_k_per_w=300.0, coil_heating_s=5.0)
+    board = dataclasses.replace(board, electronics=electronics)
+    emulator = emulator_on(board, hidden_plate(board, 1))
+    emulator.run(15_000.0)  # a device that was just switched on does not know how warm they are
+    coils = Coils(emulator.config)
+    with (
+        Device(EmulatorWire(emulator)) as device,
+        pytest.raises(ReadingError, match="coil 0 was not read: stopped"),
+    ):
+        read_coils(device, board)
+    coils.take(emulator.run(30.0))
+    assert 5.0 < coils.most_k < electronics.coil_limit_k
+    assert not emulator.run(5.0).duty_steps.any()
+    assert [cause for cause, _, _ in emulator.core.faults][-1] == "coil hot"
