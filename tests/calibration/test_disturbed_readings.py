@@ -47,7 +47,7 @@ def test_a_coil_that_gets_hot_ends_a_reading() -> None:
     coils = Coils(emulator.config)
     with (
         Device(EmulatorWire(emulator)) as device,
-        pytest.raises(ReadingError, match="coil 0 was not read: stopped"),
+        pytest.raises(ReadingError, match="coil 1 was not read: stopped"),
     ):
         read_coils(device, board)
     coils.take(emulator.run(30.0))

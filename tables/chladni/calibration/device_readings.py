@@ -110,7 +110,8 @@ def _read_at(board: Board, heard: Sequence[Heard], multiple: int) -> ReadAt:
         one = pairs.get((listening, playing))
         if one is None:
             expected = "a reading of every pair of coils"
-            given = f"none of coil {listening} by {playing}, {hz:.0f} Hz"
+            names = [own.name for own in board.actuators]
+            given = f"none of {names[listening]} by {names[playing]}, {hz:.0f} Hz"
             raise InputError("readings", given, expected)
         volts[listening, playing] = one.steps / one.duty / per_ampere
         spread[listening, playing] = one.spread / one.duty / abs(per_ampere)

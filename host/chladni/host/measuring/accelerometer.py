@@ -113,7 +113,7 @@ class _Reader:
             self.loudest = max(self.loudest, abs(found) / (left * np.sqrt(2.0 / z.size)))
             return found, duty
         raise ReadingError(
-            f"coil {coil} shakes the accelerometer too much", hint="which part is it?"
+            f"coil {coil + 1} shakes the accelerometer too much", hint="which part is it?"
         )
 
     def _sampled(self, coil: int, multiple: int) -> tuple[FloatArray, FloatArray, float, str]:

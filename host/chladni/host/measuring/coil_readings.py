@@ -164,7 +164,7 @@ class _Reader:
             if found is not None:
                 break
             if halving == HALVINGS:
-                raise ReadingError(f"coil {coil} is too loud for the converter", hint=_TOO_LOUD)
+                raise ReadingError(f"coil {coil + 1} is too loud for the converter", hint=_TOO_LOUD)
             self._levels[multiple] /= 2.0
         assert found is not None
         self.seconds += self.device.wire.now_s() - begun
@@ -241,7 +241,8 @@ def finished(device: Device, ask: Callable[[], Answer], asked: Mapping[str, int]
     if state == "too loud":
         return None
     if state != "done":
-        raise ReadingError(f"coil {asked['playing']} was not read: {state}", hint=_HINTS[state])
+        what = f"coil {asked['playing'] + 1} was not read: {state}"
+        raise ReadingError(what, hint=_HINTS[state])
     if any(answer.fields[key] != asked[key] for key in ("playing", "multiple")):
         raise ReadingError("another program reads coils too", hint="end it, and calibrate again")
     return answer
