@@ -175,6 +175,22 @@ def test_two_fingers_of_ones_own_are_scored_and_drawn(chladni: CommandLine, tmp_
     assert figure.read_bytes().startswith(b"\x89PNG")
 
 
+def test_fingers_that_no_coil_tells_apart_are_said_to_be(
+    chladni: CommandLine, tmp_path: Path
+) -> None:
+    own = tmp_path / "middle.toml"
+    places = "".join(f"[[actuators]]\nat_mm = [0, {y}]\n" for y in (-20, 0, 20))
+    own.write_text(
+        "[plate]\nsize_mm = [60, 64]\nthickness_mm = 0.4\nmaterial = 'FR4'\n[fingers]\n"
+        "[foundation]\nstiffness_n_per_mm3 = 0.01\nloss_factor = 0.2\n" + places,
+        encoding="utf-8",
+    )
+    found = chladni("fingers", own, "--at=-15,10", "--other", "15,10", "--json")
+    assert found.code == 0, found.err
+    assert [one["isolation_db"] for one in found.json["fingers"]] == pytest.approx([0.0, 0.0])
+    assert "mirrored, feel the same" in " ".join(found.err.split())
+
+
 @pytest.mark.parametrize(
     ("words", "named"),
     [

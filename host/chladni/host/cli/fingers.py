@@ -34,6 +34,7 @@ from chladni.drives.scoring.several_fingers.kept_apart import KeptApart
 from chladni.drives.scoring.survey import SAMPLES
 from chladni.host.cli.common.board_reports import say_tones
 from chladni.host.cli.common.drive_options import on_less
+from chladni.host.cli.common.finger_remarks import say_mirrored
 from chladni.host.cli.common.options import (
     BoardArgument,
     FigureOption,
@@ -111,8 +112,6 @@ TableOption = Annotated[
 BuiltOption = Annotated[
     bool, typer.Option("--built", help="Also pressed, warm, under a film, on stiffer foam.")
 ]
-
-
 AtOption = Annotated[
     str | None, typer.Option("--at", metavar="X,Y", help="Two fingers of your own: one, mm.")
 ]
@@ -150,6 +149,7 @@ def fingers(
     if table is not None:
         _check_for_device(regularisation, built=built)
     solve = None if table is None else _device_of(table, loaded, board)
+    say_mirrored(loaded)
     loaded = on_less(loaded)
     if pair is not None:
         _tell_pair(loaded, pair, solve, (regularisation, press), figure, as_json=as_json)
