@@ -136,9 +136,8 @@ double SensedCoils::left_of_carrier(const std::complex<double>* residues, double
   double sum = 0.0;
   for (uint32_t k = 0; k < kHarmonics; ++k) {
     const double harmonic = k + 1.0;
-    const std::complex<double> pulse =
-        (1.0 - std::exp(turn * harmonic * std::abs(duty))) / (harmonic * kPi) *
-        std::complex<double>(0.0, -1.0);
+    const std::complex<double> pulse = (1.0 - std::exp(turn * harmonic * std::abs(duty))) /
+                                       (harmonic * kPi) * std::complex<double>(0.0, -1.0);
     const double ago = harmonic * (turns - std::floor(turns));
     sum += std::real(residues[k] * pulse * std::exp(-turn * ago));
   }

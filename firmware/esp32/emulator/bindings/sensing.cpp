@@ -16,7 +16,8 @@ namespace chladni::emulator {
 
 namespace {
 
-using Residues = nb::ndarray<const std::complex<double>, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+using Residues =
+    nb::ndarray<const std::complex<double>, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 using Responses = nb::ndarray<const float, nb::ndim<4>, nb::c_contig, nb::device::cpu>;
 
 void set_responses(Emulator& self, const Responses& responses, const Residues& carrier,
@@ -85,7 +86,8 @@ void bind_sensing(nb::module_& m, nb::class_<Emulator>& emulator) {
           [](Emulator& self) -> AccelerometerFaults& { return self.accelerometer().faults(); },
           nb::rv_policy::reference_internal)
       .def("set_coil_responses", &set_responses, nb::arg("responses"), nb::kw_only(),
-           nb::arg("carrier"), nb::arg("late"), nb::arg("noise"), nb::arg("bend"), nb::arg("begin_us"), nb::arg("seed"),
+           nb::arg("carrier"), nb::arg("late"), nb::arg("noise"), nb::arg("bend"),
+           nb::arg("begin_us"), nb::arg("seed"),
            "What a duty makes each coil read, steps, (heard and reference, playing, conversions, "
            "duties), and what is left of the carrier's harmonics, (…, harmonics).")
       .def("bump", &bump, nb::kw_only(), nb::arg("steps"), nb::arg("hz"), nb::arg("decay_s"),
