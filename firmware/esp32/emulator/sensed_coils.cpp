@@ -17,6 +17,22 @@ constexpr double kFarAway = 1e6;  // steps
 constexpr double kMiddle = 1717.7, kHighest = 4095.0, kHalf = 2048.0;
 constexpr uint32_t kLevels = 2, kAwake = 3, kDirections = 6;
 
+// A pulse from each carrier period's begin, of so much of it; the other way round where a bridge's
+// sign is set.
+double left_of_carrier(const std::complex<double>* residues, double duty, double turns) {
+  const double sign = duty < 0.0 ? -1.0 : 1.0;
+  const std::complex<double> turn(0.0, -2.0 * kPi);
+  double sum = 0.0;
+  for (uint32_t k = 0; k < kHarmonics; ++k) {
+    const double harmonic = k + 1.0;
+    const std::complex<double> pulse = (1.0 - std::exp(turn * harmonic * std::abs(duty))) /
+                                       (harmonic * kPi) * std::complex<double>(0.0, -1.0);
+    const double ago = harmonic * (turns - std::floor(turns));
+    sum += std::real(residues[k] * pulse * std::exp(-turn * ago));
+  }
+  return sign * sum;
+}
+
 }  // namespace
 
 void SensedCoils::set_responses(uint32_t channels, std::vector<float> responses,
@@ -125,23 +141,6 @@ void SensedCoils::respond(uint64_t clock, const Pwm& pwm) {
   for (uint32_t n = 0; n < kConversions; ++n) {
     steps_[n] += bumped(clock + (uint64_t{n} << kConversionBits));
   }
-}
-
-// A pulse from each carrier period's begin, of so much of it; the other way round where a bridge's
-// sign is set.
-double SensedCoils::left_of_carrier(const std::complex<double>* residues, double duty,
-                                    double turns) const {
-  const double sign = duty < 0.0 ? -1.0 : 1.0;
-  const std::complex<double> turn(0.0, -2.0 * kPi);
-  double sum = 0.0;
-  for (uint32_t k = 0; k < kHarmonics; ++k) {
-    const double harmonic = k + 1.0;
-    const std::complex<double> pulse = (1.0 - std::exp(turn * harmonic * std::abs(duty))) /
-                                       (harmonic * kPi) * std::complex<double>(0.0, -1.0);
-    const double ago = harmonic * (turns - std::floor(turns));
-    sum += std::real(residues[k] * pulse * std::exp(-turn * ago));
-  }
-  return sign * sum;
 }
 
 double SensedCoils::bumped(uint64_t clock) const {

@@ -70,7 +70,6 @@ class SensedCoils {
   bool is_awake(uint32_t channel, const Pwm& pwm) const;
   void remember(const Pwm& pwm);
   void respond(uint64_t clock, const Pwm& pwm);
-  double left_of_carrier(const std::complex<double>* residues, double duty, double turns) const;
   double bumped(uint64_t clock) const;
   uint16_t convert(double steps);
 
