@@ -149,7 +149,6 @@ def fingers(
     if table is not None:
         _check_for_device(regularisation, built=built)
     solve = None if table is None else _device_of(table, loaded, board)
-    say_mirrored(loaded)
     loaded = on_less(loaded)
     if pair is not None:
         _tell_pair(loaded, pair, solve, (regularisation, press), figure, as_json=as_json)
@@ -206,6 +205,7 @@ def _pair(
     board: Board, at: str | None, other: str | None, count: int, *, built: bool
 ) -> FloatArray | None:
     """Two fingers of the user's own, m; None where sets are to be drawn."""
+    say_mirrored(board)
     if at is None and other is None:
         return None
     if at is None or other is None:
