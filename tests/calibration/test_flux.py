@@ -40,8 +40,8 @@ def test_all_coils_read_flux_at_one_level() -> None:
     own = high[np.ix_(lives, lives)]
     off = ~np.eye(len(lives), dtype=bool)
     assert own[off] == pytest.approx(own.T[off], rel=0.15)
-    # Of coils that close the carrier is as large as much of their motion: with it in the fit, this
-    # plate is 7 times the noise off.
+    # Coils 10 mm apart read much of the carrier: if the fit takes it for motion, this plate is 7
+    # times the noise off.
     passed = abs(complex(amplifier_gain(np.array(80e6 / 1024.0)))) / AMPLIFIER
     assert pytest.approx(2.0 * passed, rel=0.05) == CARRIER_LEFT
     assert fit_board(strip, readings).left < 1.0

@@ -18,7 +18,7 @@ constexpr double kMiddle = 1717.7, kHighest = 4095.0, kHalf = 2048.0;
 constexpr uint32_t kLevels = 2, kAwake = 3, kDirections = 6;
 
 // A pulse from each carrier period's begin, of so much of it; the other way round where a bridge's
-// sign is set.
+// sign is set. `turns`: of the period that have passed.
 double left_of_carrier(const std::complex<double>* residues, double duty, double turns) {
   const double sign = duty < 0.0 ? -1.0 : 1.0;
   const std::complex<double> turn(0.0, -2.0 * kPi);
@@ -27,8 +27,7 @@ double left_of_carrier(const std::complex<double>* residues, double duty, double
     const double harmonic = k + 1.0;
     const std::complex<double> pulse = (1.0 - std::exp(turn * harmonic * std::abs(duty))) /
                                        (harmonic * kPi) * std::complex<double>(0.0, -1.0);
-    const double ago = harmonic * (turns - std::floor(turns));
-    sum += std::real(residues[k] * pulse * std::exp(-turn * ago));
+    sum += std::real(residues[k] * pulse * std::exp(-turn * harmonic * turns));
   }
   return sign * sum;
 }
@@ -107,6 +106,7 @@ void SensedCoils::remember(const Pwm& pwm) {
 
 void SensedCoils::respond(uint64_t clock, const Pwm& pwm) {
   steps_.fill(0.0);
+  const uint32_t period = 1U << pwm.bits();
   const uint32_t driven = static_cast<uint32_t>(~registers_[kDirections]) & 31U;
   const uint32_t lines = registers_[kLevels] & driven;
   const bool is_reference = (lines & expander::kReference) != 0;
@@ -130,9 +130,8 @@ void SensedCoils::respond(uint64_t clock, const Pwm& pwm) {
     for (uint32_t n = 0; n < kConversions; ++n) {
       float part = 0.0F;
       for (uint32_t age = 0; age < length_; ++age) part += own[age] * duty[age];
-      const uint64_t now = (clock >> kConversionBits) + n;
-      const double turns = std::ldexp(static_cast<double>(now), kConversionBits) /
-                           std::ldexp(1.0, static_cast<int>(pwm.bits()));
+      const uint64_t now = clock + (uint64_t{n} << kConversionBits);
+      const double turns = static_cast<double>(now & (period - 1U)) / period;
       steps_[n] += static_cast<double>(part) + left_of_carrier(carrier, late, turns);
       own += length_;
     }
