@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from chladni.calibration.coils_known import MOST_TRIM_DB, with_coils_known
 from chladni.calibration.flux import MotionReadings, drawn_inductances, drawn_motion, motion_of
@@ -218,7 +218,7 @@ class _Search:
         def jacobian(off: FloatArray) -> FloatArray:
             return self._jacobian(self._values(off))
 
-        found = least_squares(
+        found = scipy.optimize.least_squares(
             residuals,
             start,
             jac=jacobian,

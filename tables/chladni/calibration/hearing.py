@@ -13,8 +13,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from chladni.calibration.coils_known import with_coils_known
 from chladni.calibration.fit import HELD_BY, TOLD_APART, Parameter
@@ -173,7 +173,7 @@ class _Search:
             return self._jacobian(mean + off * self._spread)
 
         begin = min(starts, key=lambda off: float(np.sum(residuals(off) ** 2)))
-        found = least_squares(
+        found = scipy.optimize.least_squares(
             residuals,
             begin,
             jac=jacobian,

@@ -8,8 +8,8 @@ out.
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from chladni.calibration.hearing import sound
 from chladni.calibration.hidden import HiddenPlate
@@ -52,7 +52,12 @@ def record_hidden(hidden: HiddenPlate, seed: int = 0) -> tuple[FloatArray, float
     for coil, answer in enumerate(answers):
         late = np.exp(-2j * np.pi * hertz[inside] * apart * coil * slot / RATE_HZ)
         heard = np.zeros(hertz.size, np.complex128)
-        heard[inside] = spectrum[inside] * CubicSpline(hz, answer)(hertz[inside]) * gain * late
+        heard[inside] = (
+            spectrum[inside]
+            * scipy.interpolate.CubicSpline(hz, answer)(hertz[inside])
+            * gain
+            * late
+        )
         begin = round(REST_S * RATE_HZ) + coil * slot
         samples[begin : begin + 2 * slot] += np.fft.irfft(heard)[: samples.size - begin]
     loudest = float(np.abs(samples).max())

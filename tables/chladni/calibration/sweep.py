@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import correlate
 
 from chladni.sim.board.board import Board
 from chladni.sim.errors import InputError
@@ -166,7 +166,7 @@ def _is_clipped(samples: FloatArray) -> bool:
 
 def _begin(samples: FloatArray, wave: FloatArray, slot: int, coils: int) -> int:
     """Where the first sweep begins."""
-    alike = np.abs(correlate(samples, wave, mode="valid", method="fft"))
+    alike = np.abs(scipy.signal.correlate(samples, wave, mode="valid", method="fft"))
     span = alike.size - (coils - 1) * slot
     together = np.sum([alike[k * slot : k * slot + span] for k in range(coils)], axis=0)
     begin = int(np.argmax(together))

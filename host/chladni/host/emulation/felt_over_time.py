@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from chladni.drives.fingers.silence import real_part
 from chladni.drives.problem.problem import SolvedBoard, solved_board
@@ -100,7 +99,7 @@ def _between(found: dict[float, SolvedBoard]) -> list[float]:
     middles = set()
     for k in range(1, len(hz) - 1):
         near = [i for i in range(max(0, k - BESIDE), min(len(hz), k + BESIDE + 1)) if i != k]
-        off = np.abs(CubicSpline(hz[near], values[near])(hz[k]) - values[k]).max()
+        off = np.abs(scipy.interpolate.CubicSpline(hz[near], values[near])(hz[k]) - values[k]).max()
         if off > ROUGH * max(1.0, hz[k] / EDGE_HZ) ** 2 * np.abs(values[k]).max():
             beside = ((hz[k - 1], hz[k]), (hz[k], hz[k + 1]))
             middles |= {(a + b) / 2.0 for a, b in beside if b - a > 2.0 * FINEST_HZ}
@@ -160,7 +159,7 @@ class FingerPlate:
         """What each finger pushes back with for a newton of each coil; (hz, fingers, actuators)."""
         stiffness = np.array([pressing_stiffness(self.newtons, one) for one in hz.tolist()])
         free, pushes = (
-            [CubicSpline(self.hz, own.mean(axis=1))(hz) for own in discs]
+            [scipy.interpolate.CubicSpline(self.hz, own.mean(axis=1))(hz) for own in discs]
             for discs in (self.free, self.pushes)
         )
         return pushed_back(free, pushes, stiffness[:, None, None])
@@ -181,10 +180,10 @@ class FingerPlate:
         free, pushes = self.free[finger], self.pushes[finger]
         answer = np.zeros((free.shape[1], len(frequencies)), dtype=np.complex128)
         for coil in range(forces.shape[1]):
-            own = CubicSpline(self.hz, free[:, :, coil])(hz)
+            own = scipy.interpolate.CubicSpline(self.hz, free[:, :, coil])(hz)
             answer[:, is_known] += own.T * spectrum[is_known, coil]
         for other in range(back.shape[1]):
-            own = CubicSpline(self.hz, pushes[:, :, other])(hz)
+            own = scipy.interpolate.CubicSpline(self.hz, pushes[:, :, other])(hz)
             answer[:, is_known] -= own.T * back[:, other]
         return np.asarray(np.fft.irfft(answer, len(padded), axis=1)[:, pad:-pad])
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 from scipy.constants import g as standard_g
-from scipy.signal import butter, freqs
 
 from chladni.calibration.device_readings import coil_impedance, duty_volts
 from chladni.calibration.hidden import HiddenPlate
@@ -96,8 +96,8 @@ def _responses(hidden: HiddenPlate, sensor: Sensor, order: int) -> FloatArray:
     hz = np.asarray(np.fft.rfftfreq(length, 1.0 / SAMPLE_HZ), np.float64)
     moved = compliance_between(hz, MULTIPLES, compliance, RESONANCES_HZ)
     newtons = coil.force_factor * duty_volts(board) / coil_impedance(board, hz)
-    poles = butter(order, 2.0 * np.pi * CUT_OFF_HZ, analog=True)
-    _, passed = freqs(*poles, worN=2.0 * np.pi * hz)
+    poles = scipy.signal.butter(order, 2.0 * np.pi * CUT_OFF_HZ, analog=True)
+    _, passed = scipy.signal.freqs(*poles, worN=2.0 * np.pi * hz)
     shaken = -((2.0 * np.pi * hz) ** 2) * moved * newtons * passed / standard_g
     held = np.sinc(hz / SAMPLE_HZ) * np.exp(-1j * np.pi * hz / SAMPLE_HZ)
     return np.asarray(hidden.forces[:, None] * np.fft.irfft(shaken * held, n=length, axis=-1))

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from chladni.calibration.coils_known import with_coils_known
 from chladni.calibration.fit import HELD_BY, Parameter
@@ -121,7 +121,7 @@ class _Search:
             data = weight(slopes.shape[1] // 2) * slopes.T * spread
             return np.concatenate((data, np.eye(off.size)))
 
-        found = least_squares(
+        found = scipy.optimize.least_squares(
             residuals, (begin - mean) / spread, jac=jacobian, xtol=1e-3, ftol=1e-2, max_nfev=12
         )
         return np.asarray(mean + found.x * spread)

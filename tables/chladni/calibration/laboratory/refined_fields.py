@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from chladni.calibration.fit import Parameter, parameters_of
 from chladni.calibration.laboratory.fields_compared import (
@@ -68,7 +68,7 @@ class RefinedFit:
         def jacobian(off: FloatArray) -> FloatArray:
             return self._jacobian(mean + off * spread)
 
-        found = least_squares(
+        found = scipy.optimize.least_squares(
             residuals, (begin - mean) / spread, jac=jacobian, xtol=1e-3, ftol=ENOUGH, max_nfev=STEPS
         )
         return np.asarray(mean + found.x * spread)

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from chladni.host.manufacture.wiring.part import Part
-from chladni.host.manufacture.wiring.sensing import sensing_parts
+from chladni.host.manufacture.wiring.sensing_parts import sensing_parts
 from chladni.host.manufacture.wiring.values import (
     BRIDGE_INPUT_OHM,
     BYPASS_F,
