@@ -56,6 +56,30 @@ def test_the_pins_swing_as_far_as_the_full_drive_says(
     assert settled.mean(axis=0) == pytest.approx(full.bias, abs=1.5e-3)
 
 
+@pytest.mark.parametrize("level", [0.25, 0.8])
+def test_a_recording_says_what_its_finger_gets(
+    coarse_board: Board, coarse_table: tuple[Table, TableReport], level: float
+) -> None:
+    """By duties, Ohm's law, and the field of each coil's newton. A share of the limit is another
+    number: `prototype` may go on at a duty that is a half of what level 1 asks for.
+    """
+    place = (10.0, 25.0)
+    events = [TouchEvent(20.0, place)]
+    recording, report = run_loop(*(coarse_table[0], coarse_board, events), 220.0, level=level)
+    settled = recording.duty[recording.t_s > 0.1]
+    settled = settled[: round(16 * recording.carrier_hz / 160.0)]
+    wave = np.exp(-2j * np.pi * 160.0 * np.arange(len(settled)) / recording.carrier_hz)
+    duties = 2.0 * (settled - settled.mean(axis=0)).T @ wave / len(settled)
+    coil, own = coarse_board.known_coil, coarse_board.electronics
+    ohms = coil.resistance + own.driver_ohm + 2j * np.pi * 160.0 * coil.inductance
+    newtons = duties * own.supply_v / ohms * coil.force_factor
+    problem = solved_board(coarse_board).problem(place)
+    fields = transfer_fields(coarse_board, model=problem.solved.model, allow_unmet=True).values
+    moved = np.tensordot(newtons, fields[:, problem.disc].mean(axis=1), axes=1)
+    # The carrier's steps are 1/1024 of a duty.
+    assert report.touches[-1].played_um == pytest.approx(1e6 * abs(moved), rel=5e-3)
+
+
 def test_solve_speaks_of_micrometres_and_volts(chladni: CommandLine) -> None:
     answer = chladni("solve", "prototype", "--target", "10,25", "--json")
     assert answer.code == 0

@@ -338,11 +338,13 @@ def test_a_range_of_what_is_sold_has_only_what_is_sold() -> None:
 
 
 def test_micrometres_are_weighed_only_with_a_coil() -> None:
-    """Without one they counted as −40 dB, and no word was said."""
+    """Without one they counted as −40 dB, and no word was said. A winding makes one."""
     text = (ROOT / "boards" / "specs" / "pad-open.toml").read_text("utf-8")
     document = tomllib.loads(text)
     document["design"]["weights"] = {"second_finger_20mm_db": 1.0, "finger_db": 0.2}
     assert spec_of(document).weights["finger_db"] == 0.2
     without = {key: value for key, value in document.items() if key != "coil"}
+    assert spec_of(without).weights["finger_db"] == 0.2
+    del without["winding"]
     with pytest.raises(InputError, match=r"coil is required.*design\.weights\.finger_db"):
         spec_of(without)

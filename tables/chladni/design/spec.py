@@ -196,7 +196,7 @@ def spec_of(document: Document) -> Spec:
     with faults.kept():
         wanted = _weights(weights)
         felt = sorted(OF_COILS & set(weights or ()))
-        if felt and "coil" not in document:
+        if felt and not {"coil", "winding"} & document.keys():
             raise MissingError("coil", f"design.weights.{felt[0]} counts micrometres")
     with faults.kept():
         counts = _coil_counts(board, coils)

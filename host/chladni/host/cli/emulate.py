@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 ANSWERED = ("latency_ms", "reported_ms", "channels", "region", "target_mm", "ssim", "ssim_table")
 """Of a report, in this order."""
-SHOWN = ("at_ms", "target_mm", "settled", "second_finger_db", "focal_error_mm", "finger_um")
+SHOWN = ("at_ms", "target_mm", "settled", "second_finger_db", "focal_error_mm", "played_um")
 """Of every touch, to people."""
 UNLESS_SERIAL = "Required without --serial."
 PANEL_RUNS_MS = 50.0
@@ -153,9 +153,7 @@ def emulate(
         card, several = report.touches[-1].card, owner.is_for_several
         told = of_place(card, frequency_hz=section.frequency_hz, for_fingers=several)
         result = _scored(owner, report) | {"objective": section.objective}
-        if level < 1.0 and result["finger_um"] is not None:
-            at_level = level * result["finger_um"]
-            told += f" That is at full level; --level {level:g} of it is {at_level:.2g} µm."
+        played_um = report.touches[-1].played_um
         if not as_json:
             result["touches"] = [{name: own[name] for name in SHOWN} for own in result["touches"]]
     else:
@@ -164,10 +162,22 @@ def emulate(
         result = {"latency_ms": alone.latency_ms, "reported_ms": alone.reported_ms}
         result |= {"target_mm": list(alone.target_mm)}
         result |= alone.card.by_key() | {"objective": "only responses"}
+        played_um = alone.played_um
     write_arrays(file, t_s=recording.t_s, duty=recording.duty, carrier_hz=recording.carrier_hz)
     _say_of_the_panel(owner, result["reported_ms"])
-    result = {"verdict": told} | result | {"path": str(file)}
+    told += _in_recording(played_um, level)
+    result = {"verdict": told} | result | {"played_um": played_um, "path": str(file)}
     answer(result, as_json=as_json, title=f"{table} on the emulated board")
+
+
+def _in_recording(played_um: float | None, level: float) -> str:
+    """What the finger gets there; the scorecard has what limits allow."""
+    if played_um is None:
+        return ""
+    return (
+        " So much a coil's limits allow without end. In the recording, at --level "
+        f"{level:g}, it is {played_um:.2g} µm."
+    )
 
 
 def _say_of_the_panel(board: Board, reported_ms: float) -> None:
@@ -211,6 +221,7 @@ def _touch(touch: TouchScore) -> dict[str, Any]:
         "target_mm": list(touch.target_mm),
         "region": touch.region,
         "settled": touch.settled,
+        "played_um": touch.played_um,
         **touch.card.by_key(),
     }
 

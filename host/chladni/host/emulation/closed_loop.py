@@ -32,6 +32,7 @@ from chladni.host.emulation.touches import (
     SILENT,
     TouchScore,
     played_touches,
+    played_um,
     playing_finger,
     score_touches,
 )
@@ -184,6 +185,8 @@ class AloneReport:
         That the pins made, shape (actuators,), in units of a duty of 1.
     card
         Of its field.
+    played_um
+        As of `TouchScore`.
     """
 
     latency_ms: float
@@ -191,6 +194,7 @@ class AloneReport:
     target_mm: tuple[float, float]
     drive: ComplexArray
     card: Scorecard
+    played_um: float | None
 
 
 def run_alone(
@@ -233,7 +237,9 @@ def run_alone(
     card = score_on(problem, field, null_models(problem), drive=drive)
     latency_ms = changed / recording.carrier_hz * 1e3 - first_ms
     reported_ms = _reported_ms(recording, first_ms)
-    return recording, AloneReport(latency_ms, reported_ms, place_mm, np.asarray(drive), card)
+    drive = np.asarray(drive)
+    moved_um = played_um(card, board, drive, hz)
+    return recording, AloneReport(latency_ms, reported_ms, place_mm, drive, card, moved_um)
 
 
 def _reported_ms(recording: Recording, first_ms: float) -> float:

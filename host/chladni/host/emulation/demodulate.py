@@ -85,6 +85,11 @@ def span_steps(board: Board) -> int:
     return full_span_steps(own.pwm_bits, board_lost_steps(board))
 
 
+def full_duty(board: Board, recording: Recording) -> float:
+    """Amplitude of a drive's gain of 1 on a board's pins, as a share of a duty of 1."""
+    return span_steps(board) / float(1 << recording.pwm_bits)
+
+
 def board_lost_steps(board: Board) -> int:
     """What a board's bridges lose of each pulse, duty steps; 0 with switches."""
     own = board.electronics
@@ -134,7 +139,7 @@ def _made(
     board: Board,
     level: float,
 ) -> ComplexArray:
-    span = span_steps(board) / float(1 << recording.pwm_bits)
+    span = full_duty(board, recording)
     found = phasors(recording, play, frequency_hz, circuit_of(board)) / (span * level)
     # The device makes up for polarity and trim, which the coils themselves then undo.
     return np.asarray(section.full_scale_gain * found / np.array(coil_gains(board)))

@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.problem.threads import one_blas_thread
 from chladni.drives.scoring.scorecard import Scorecard, misplaced_target, null_models, score_on
-from chladni.host.emulation.demodulate import Play, made_drive
+from chladni.host.emulation.demodulate import Play, full_duty, made_drive
 from chladni.host.emulation.emulator import Recording, TouchEvent, emulated_config, reported_um
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import NOT_WIRED
+from chladni.sim.coil.full_drive import newtons_of
 from chladni.sim.image.energy import compose
 from chladni.tables.table import Section, Table
 
@@ -77,6 +78,9 @@ class TouchScore:
         What the pins made, complex128, shape (actuators,), in units of gain.
     card
         The scorecard of the field of that drive.
+    played_um
+        What the finger gets in the recording, peak, µm; None on a board without a coil. The card
+        has it with the loudest coil at its limit.
     """
 
     at_ms: float
@@ -86,6 +90,7 @@ class TouchScore:
     settled: float
     drive: ComplexArray
     card: Scorecard
+    played_um: float | None
 
 
 def played_touches(
@@ -172,6 +177,7 @@ def score_touches(
         As `played_touches` found them.
     """
     board, config = solved.board, emulated_config(solved.board)
+    full = level * full_duty(board, recording) / section.full_scale_gain
     kept = []
     for touch in touches:
         if touch.play is None:
@@ -198,9 +204,24 @@ def score_touches(
                     settled=_settled(drive, table.drive_at(section, *pixel)),
                     drive=drive,
                     card=card,
+                    played_um=played_um(card, board, full * drive, section.frequency_hz),
                 )
             )
     return scores
+
+
+def played_um(
+    card: Scorecard, board: Board, duties: ComplexArray, frequency_hz: float
+) -> float | None:
+    """What a finger gets of a recording, peak, µm; None on a board without a coil.
+
+    Parameters
+    ----------
+    duties
+        Of the sine that each coil is asked for, as its current has it, (actuators,).
+    """
+    newtons = newtons_of(board, float(np.abs(duties).max()), frequency_hz)
+    return None if newtons is None or card.felt is None else newtons * card.felt.um_per_newton
 
 
 def _settled(played: ComplexArray, promised: ComplexArray) -> float:

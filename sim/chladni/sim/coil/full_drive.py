@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.board.board import Board
-from chladni.sim.board.electronics import CLOCK_HZ, Electronics
+from chladni.sim.board.electronics import CLOCK_HZ, Coil, Electronics
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -102,9 +102,8 @@ def full_drive(board: Board, drive: ComplexArray, frequency_hz: float) -> FullDr
     }
     limited_by = min(limits, key=lambda name: limits[name])
     full = max(0.0, float(limits[limited_by]))
-    omega = 2.0 * np.pi * frequency_hz
     ohm = coil.resistance + own.driver_ohm
-    amperes = own.supply_v / abs(ohm + 1j * omega * coil.inductance)
+    amperes = _amperes_per_duty(board, coil, frequency_hz)
     duties = full * shares
     bias = np.where(plays, swing.bias(duties), 0.0) if full > 0.0 else np.zeros(shares.shape)
     steady = coil.force_factor * own.supply_v / ohm
@@ -112,10 +111,28 @@ def full_drive(board: Board, drive: ComplexArray, frequency_hz: float) -> FullDr
         duties=duties,
         limited_by=limited_by,
         volts=float(duties.max()) * own.supply_v,
-        amperes=float(duties.max() * amperes),
+        amperes=float(duties.max()) * amperes,
         newtons=float(coil.force_factor * full * amperes * weakest(board)),
         bias=bias,
         bias_newtons=steady * bias * np.abs(strengths(board)),
+    )
+
+
+def newtons_of(board: Board, duty: float, frequency_hz: float) -> float | None:
+    """Peak force of a coil that is asked for a sine of this duty and held still, N.
+
+    What each coil gets of it makes up for polarity and trim. None where the board file has no coil.
+    """
+    if board.coil is None:
+        return None
+    amperes = duty * _amperes_per_duty(board, board.coil, frequency_hz)
+    return board.coil.force_factor * amperes * weakest(board)
+
+
+def _amperes_per_duty(board: Board, coil: Coil, frequency_hz: float) -> float:
+    ohm = coil.resistance + board.electronics.driver_ohm
+    return float(
+        board.electronics.supply_v / abs(ohm + 2j * np.pi * frequency_hz * coil.inductance)
     )
 
 

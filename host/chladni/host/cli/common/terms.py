@@ -33,6 +33,7 @@ WORDS = {
     "spot_mm2": "area above half the maximum",
     "movable": "coils can move the place",
     "finger_um": "largest displacement under the finger",
+    "played_um": "displacement under the finger in the recording",
     "full_volts": "voltage at the loudest coil, V",
     "sensation_db": "level above the threshold of feeling",
     "static_um": "steady deflection by the coils' bias",
