@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,14 +84,17 @@ class IntervalBasis:
         norm = np.sqrt((2.0 * np.arange(self.count) + 1.0) / self.length)
         return np.asarray(tables[derivative].T * norm * (2.0 / self.length) ** derivative)
 
-    @cached_property
-    def _rule(self) -> tuple[FloatArray, FloatArray]:
-        return gauss_points(self.length, self.count)
-
     def gram(self, left: int, right: int) -> FloatArray:
         """∫ of the `left`-th derivative of each polynomial times the `right`-th of each, exact."""
-        x, weights = self._rule
-        return np.asarray((self.evaluate(x, left).T * weights) @ self.evaluate(x, right))
+        return _gram(self.count, left, right) * (2.0 / self.length) ** (left + right)
+
+
+@lru_cache(maxsize=1024)
+def _gram(count: int, left: int, right: int) -> FloatArray:
+    """The same on [−1, 1], which all plates have in common."""
+    line = IntervalBasis(2.0, count)
+    x, weights = gauss_points(line.length, count)
+    return np.asarray((line.evaluate(x, left).T * weights) @ line.evaluate(x, right))
 
 
 class Basis:
