@@ -107,7 +107,9 @@ def test_what_would_help_was_tried(spacing: float | None, tried: float | None, w
             room_for=89 if spacing == 90.0 else 12,
             perturbed=None,
         )
-        two: Any = SimpleNamespace(isolation_db=spread(31.0, 12.0), perturbed=None)
+        two: Any = SimpleNamespace(
+            isolation_db=spread(31.0, 12.0), finger_um=spread(5.0, 0.3), perturbed=None
+        )
         remedies = [] if tried is None else [Remedy("softer foam", tried), Remedy("none", -9.0)]
         return of_board(score, two, frequency_hz=160.0, for_fingers=for_fingers, tried=remedies)
 
@@ -116,7 +118,10 @@ def test_what_would_help_was_tried(spacing: float | None, tried: float | None, w
     assert "two pressing fingers 31 dB apart at the median, 12 at the worst tenth" in told(0.0)
     # A board that focuses needs no help, and one for several fingers begins with them.
     assert told(9.0).endswith("12 at the worst tenth, as drawn.")
-    assert told(0.0, for_fingers=True).startswith("It keeps two pressing fingers")
+    assert told(0.0, for_fingers=True) == (
+        "It keeps two pressing fingers 31 dB apart at the median, 12 at the worst tenth, as drawn. "
+        "Each gets 5 µm of its own, 0.3 at the worst tenth, which a resting finger does not feel."
+    )
     assert not words or words not in told(0.0, for_fingers=True)
 
 
@@ -193,7 +198,7 @@ def test_methods_effects_designs_and_tables_are_summed_up() -> None:
     assert told.startswith("It does not focus everywhere: within tolerances another finger 20 mm")
     assert "1.4 dB more at the worst tenth; fingers notice 2.3 dB. The finger itself m" in told
     told = of_design(found | {"fingers_um": 1.62}, for_fingers={2: 41.2})
-    assert "2 fingers 41 dB apart at nine of ten places, at 1.6 µm or more each. One" in told
+    assert "2 fingers 41 dB apart at nine of ten places, at 1.6 µm or more each." in told
     assert "2 fingers 0 dB apart" in of_design(found | {"fingers_um": 1.6}, for_fingers={2: -0.2})
     assert "Its drives are those that focus best" in of_table("focus", 0, 9)
     of_both = of_table("focus", 0, 9, second_finger_db=-0.4, for_fingers=True)

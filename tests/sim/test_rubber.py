@@ -11,7 +11,7 @@ import pytest
 from at_points import respond_at
 from chladni.drives.scoring.tolerances import drawn_boards
 from chladni.sim.board.board import Board, to_document
-from chladni.sim.board.catalogue import FEET, GROMMETS
+from chladni.sim.board.catalogue import FEET, GROMMETS, SHEETS
 from chladni.sim.board.file import board_from_document
 from chladni.sim.board.parts import EdgeKind, Edges
 from chladni.sim.errors import InputError
@@ -99,6 +99,14 @@ def test_the_modulus_is_near_what_was_measured(shore_a: float, mpa: float) -> No
     """P. B. Lindley, Engineering Design with Natural Rubber (1964), to the spread of compounds."""
     part = dataclasses.replace(FEET["rubber-foot-10x5"], shore_a=shore_a)
     assert part.modulus == pytest.approx(mpa, rel=0.25)
+
+
+def test_the_page_has_every_sheet() -> None:
+    text = (ROOT / "docs" / "parts.md").read_text("utf-8")
+    for name, numbers in SHEETS.items():
+        row = next(line for line in text.splitlines() if line.startswith(f"| {name} "))
+        cells = [float(cell) for cell in row.split("|")[2:-1]]
+        assert cells == list(numbers.values()), name
 
 
 def test_the_page_has_every_part() -> None:

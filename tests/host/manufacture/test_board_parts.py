@@ -64,6 +64,8 @@ def test_counts_and_sizes_are_the_board_file_s() -> None:
     # 4 mm of magnet, 1 of gap and 1.5 of winding, on 2 of foam.
     under = "; coils reach 4.5 mm into the ground plate"
     assert parts["foam"].value == f"soft-pu-foam, 50 × 50 × 2 mm{under}"
+    ground = "rigid, 50 × 50 mm or more; 16 holes wider than ⌀10, 4.5 mm deep"
+    assert parts["ground plate"].value == ground
     foundation = load_board("pad16").foundation
     assert foundation
     assert foam_of(foundation) == "soft-pu-foam, 2 mm"

@@ -201,6 +201,7 @@ def test_the_command_draws_what_the_name_says(
     assert done.json["path"] == str(out)
     assert done.json["holes"][5] == {"part": "foam", "at_mm": [-5.5, -5.5], "diameter_mm": 6.5}
     assert len(done.json["holes"]) == 16
+    assert "ground plate: holes wider than ⌀10, 4.5 deep" in done.json["notes"]
     assert out.stat().st_size > 5000
 
 

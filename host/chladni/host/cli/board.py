@@ -212,6 +212,7 @@ def board_drawing_command(
     result = {
         "path": str(output),
         "layers": list(dict.fromkeys(shape.layer for shape in drawing.shapes)),
+        "notes": list(drawing.notes) if as_json else "; ".join(drawing.notes),
         "holes": [asdict(hole) for hole in drawing.holes],
     }
     answer(result, as_json=as_json, title=f"{loaded.name}: drawing")

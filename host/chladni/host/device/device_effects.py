@@ -161,7 +161,7 @@ class DeviceEffects:
         return None if number == NO_AREA else self._area(number)
 
     def events(self) -> list[AreaEvent]:
-        """What fingers did since the last call; the device keeps the last 32."""
+        """What fingers did since the last call, at first all that the device keeps: the last 32."""
         found: list[AreaEvent] = []
         while True:
             answer = self._link.request("area_events", after=self._next)

@@ -286,7 +286,8 @@ class Emulator:
             return
         x, y = event.place_mm
         if not self.core.panel_sees(x, y):
-            raise InputError("touch", event.place_mm, "a place on the panel's active area")
+            hint = "`size_mm`, `offset_mm` and `rotation_deg` of [panel] say where that is"
+            raise InputError("touch", f"{x:g}, {y:g}", "a place that the panel senses", hint=hint)
         self.core.finger_down(at_us, x, y, event.finger)
 
     def run(self, milliseconds: float) -> Recording:

@@ -46,6 +46,7 @@ def mechanical_parts(board: Board) -> tuple[Part, ...]:
         *_foam(board),
         *_riders(board),
         *_supports(board),
+        *_ground(board),
     )
 
 
@@ -157,6 +158,19 @@ def _foam(board: Board) -> list[Part]:
         why = f"{cut}; {own.sheet_stiffness * MM**3:g} N/mm³"
         parts.append(Part("foam", 1, f"{what}, {sides} mm{under}", why, mass_g=mass))
     return parts
+
+
+def _ground(board: Board) -> list[Part]:
+    """What foam and feet stand on, and coils with them."""
+    if not (board.foundation or board.springs):
+        return []
+    sides = " × ".join(f"{side / MM:g}" for side in board.plate.size)
+    deep = ground_holes_mm(board)
+    what = f"rigid, {sides} mm or more"
+    if deep and board.winding:
+        wide = board.winding.outer / MM
+        what += f"; {len(board.actuators)} holes wider than ⌀{wide:g}, {deep:g} mm deep"
+    return [Part("ground plate", 1, what, "foam or feet, and coils stand on it")]
 
 
 def _in_ground(board: Board) -> str:

@@ -31,6 +31,10 @@ LAYERS = {
     "dimensions": "#5a6b7b", "text": "#000000",
 }  # fmt: skip
 """Name to colour."""
+HOW_DRAWN = (
+    "1:1, in mm from the plate's middle, seen from above",
+    "above coils: channel and name",
+)
 
 
 @dataclass(frozen=True)
@@ -86,13 +90,14 @@ class HoleRow:
 
 @dataclass(frozen=True)
 class Drawing:
-    """Shapes of a board on a sheet from `low` to `high`, mm, and the list of its holes."""
+    """Shapes of a board on a sheet from `low` to `high`, mm; its holes, and what its parts are."""
 
     name: str
     low: Point
     high: Point
     shapes: tuple[Shape, ...]
     holes: tuple[HoleRow, ...]
+    notes: tuple[str, ...]
 
 
 def board_drawing(board: Board) -> Drawing:
@@ -112,7 +117,8 @@ def board_drawing(board: Board) -> Drawing:
     )
     widest = LETTER_MM * max(map(len, rows))
     high = (left + widest, length / 2.0 + ORDINATE_MM + 2.0 * MARGIN_MM)
-    return Drawing(board.name, (-side, bottom - MARGIN_MM), high, tuple(shapes), holes)
+    of_parts = tuple(title[1 : -len(HOW_DRAWN)])
+    return Drawing(board.name, (-side, bottom - MARGIN_MM), high, tuple(shapes), holes, of_parts)
 
 
 def hole_list(board: Board) -> tuple[HoleRow, ...]:
@@ -262,11 +268,7 @@ def _title(board: Board) -> list[str]:
             )
     if winding and (deep := ground_holes_mm(board)):
         rows.append(f"ground plate: holes wider than ⌀{_mm(winding.outer):g}, {deep:g} deep")
-    return [
-        *rows,
-        "1:1, in mm from the plate's middle, seen from above",
-        "above coils: channel and name",
-    ]
+    return [*rows, *HOW_DRAWN]
 
 
 def _hole_text(number: int, hole: HoleRow) -> str:

@@ -25,6 +25,7 @@ RESISTORS = (
 ALSO_SOLD_BY = {
     "plate": "dealers in laminates, shim stock and thin sheets",
     "earth wire": "hobby shops",
+    "ground plate": "plastics and metal shops",
 }
 """Of parts that no list has a price for."""
 

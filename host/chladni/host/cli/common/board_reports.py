@@ -48,7 +48,7 @@ def say_tones(named: str, board: Board) -> None:
     pairs = f"chladni play click --pairs 20 --emulator{rested} --board {named}"
     say(
         f"These are tones: `{pairs}` tells what clicks keep, which is less, and 10 to 20 dB less "
-        "on a plate that rings below some 300 Hz."
+        "on a plate that rings below some 350 Hz."
     )
 
 

@@ -43,10 +43,7 @@ def of_table(
     return f"{told} `chladni table score` says what fingers feel of it, at all places."
 
 
-FOR_BOTH = (
-    "They are quieter for trying: `--for fingers`, or a board file without [focus], gives one "
-    "finger alone the loudest drive."
-)
+FOR_BOTH = "They are quieter for trying: `--for fingers` gives one finger alone the loudest drive."
 FOR_ONE = (
     "`chladni board score` says what would help; `--for fingers` makes a table that keeps several "
     "fingers apart, and gives one alone the loudest drive."

@@ -133,11 +133,11 @@ def of_board(
         apart = (
             f"It keeps two pressing fingers{condition} {kept.median:z.0f} dB apart at the median, "
             f"{kept.p10:z.0f} at the worst tenth, {known_as}{_within_tolerances(two)}."
+            f"{_each(two, frequency_hz) if for_fingers else ''}"
             f"{_on_stiffer_foam(two, foam_twice)}"
         )
-    if for_fingers:
-        alone = "Drives for one finger, which its device does not play (it plays the loudest):"
-        return f"{apart} {alone} {focus[0].lower()}{focus[1:]}".strip()
+    if for_fingers and apart:
+        return apart
     if known is None or known.median >= NOTICED_DB:
         return f"{focus} {apart}".strip()
     return " ".join(filter(None, (focus, apart, _remedy(score, tried))))
@@ -148,6 +148,16 @@ def _within_tolerances(two: CountScore) -> str:
         return ""
     kept = two.perturbed.isolation_db
     return f", {kept.median:z.0f} / {kept.p10:z.0f} dB within tolerances"
+
+
+def _each(two: CountScore, frequency_hz: float) -> str:
+    """What each of them gets of its own, and whether that is felt."""
+    um = two.finger_um
+    if um is None:
+        return ""
+    db = sensation_db(um.p10, frequency_hz)
+    unfelt = ", which a resting finger does not feel" if db is not None and db < 0.0 else ""
+    return f" Each gets {um.median:.2g} µm of its own, {um.p10:.2g} at the worst tenth{unfelt}."
 
 
 def _on_stiffer_foam(two: CountScore, foam: KeptApart | None) -> str:
@@ -232,8 +242,8 @@ SEVERAL = (
 )
 NOT_PLAYED = (
     "The board is for several fingers, and its device does not play this drive: under one alone "
-    "it plays the loudest (`--method time-reversal`). `chladni fingers` says how far apart it "
-    "keeps several."
+    "it plays the loudest for its power (`--method time-reversal`). `chladni fingers` says how "
+    "far apart it keeps several."
 )
 
 
@@ -308,8 +318,7 @@ def of_design(found: Mapping[str, Any], *, for_fingers: Mapping[int, float]) -> 
             f"{number} fingers {db:z.0f} dB apart" for number, db in for_fingers.items()
         )
         each = "" if each_um is None else f", at {each_um:.2g} µm or more each"
-        alone = "" if um is None else f" One finger alone gets {um:.2g} µm or more."
-        return f"Within tolerances it keeps {told} at nine of ten places{each}.{alone}"
+        return f"Within tolerances it keeps {told} at nine of ten places{each}."
     felt = "" if um is None else f" The finger itself moves by {um:.2g} µm or more."
     db = found["second_finger_20mm_db"]
     start = "It focuses" if db >= NOTICED_DB else "It does not focus everywhere"

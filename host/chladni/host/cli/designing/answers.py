@@ -129,7 +129,7 @@ def result(
     remarks = (
         verdict,
         extent,
-        median(found),
+        "" if FINGER_TERMS.keys() & spec.weights else median(found),
         lacking(found, spec),
         waves and f"T{waves[1:]}, and `[design] first_natural_hz = {EDGE_HZ:g}` asks for that.",
     )
