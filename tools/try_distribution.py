@@ -41,8 +41,9 @@ print(chladni.host.__version__, len(solve(load_board("prototype"), (10.0, 25.0))
 """
 # In this order: later ones read what earlier ones wrote.
 COMMANDS: dict[str, tuple[str, ...]] = {
+    "design": ("small", "-o", "own.toml", "--samples", "1"),
     "board show": ("prototype",),
-    "board score": ("strip5", "--pitch", "40", "--no-perturbed", "--figure", "score.png"),
+    "board score": ("own.toml", "--no-perturbed", "--figure", "score.png"),
     "board sensitivity": ("paper",),
     "board refit": ("strip5", "--foam", "1.9", "-o", "refitted.toml"),
     "fingers": ("strip5", "--fingers", "2", "--sets", "4", "--samples", "1", "--figure", "two.png"),
@@ -51,7 +52,6 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "effects convert": ("click", "-o", "click.ahap"),
     "effects build": ("calculator", "-o", "calculator.che"),
     "effects flash": ("calculator", "--emulator"),
-    "design": ("small", "-o", "own.toml", "--samples", "1"),
     "calibrate": (
         "--board",
         "strip5",
@@ -61,7 +61,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
         "-o",
         "measured.toml",
         "--sets",
-        "4",
+        "1",
     ),
     "board wiring": ("prototype", "-o", "wiring.svg"),
     "board drawing": ("strip5", "-o", "strip5.dxf"),
