@@ -46,7 +46,7 @@ def test_people_read_a_table(chladni: CommandLine) -> None:
     assert answer.code == 0, answer.err
     words = " ".join(answer.out.replace("│", " ").split())
     assert "level, of the loudest" in words
-    assert "100 fingers, while they rest, do not feel the others' signals" in words
+    assert "% of fingers, while they rest, do not feel the others' signals" in words
     assert "own signal over" in answer.out
     assert "rows" not in answer.out
 

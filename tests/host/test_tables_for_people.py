@@ -141,6 +141,14 @@ def test_a_design_s_median_has_no_minus_zero() -> None:
     assert median(found) == "The median for one finger is 0 dB 20 mm away."
 
 
+def test_settings_have_their_own_names(chladni: CommandLine) -> None:
+    """The self-test's `supply_ma` is what a channel draws, and the setting is a limit."""
+    out = chladni("device", "config", "get", "--emulator").out
+    assert re.search(r"supply ma +\W +1000", out)
+    assert re.search(r"full current ma +\W +333", out)
+    assert "draws" not in out
+
+
 def test_a_device_s_rows_say_what_they_are(chladni: CommandLine) -> None:
     out = chladni("device", "info", "--emulator").out
     assert "coils draw now" in out

@@ -116,22 +116,30 @@ def board_score(
         _draw(figure, loaded, score, None if objective else two, verdict)
     result = {"name": loaded.name, "verdict": verdict} | score_rows(loaded, score, two)
     if built:
-        with progress_bar("steps") as progress:
-            found = score_as_built(
-                loaded,
-                pitch=PITCH if pitch is None else pitch * MM,
-                objective=rated,
-                newtons=press,
-                samples=max(samples, 1),
-                seed=seed,
-                progress=progress,
-            )
-        result["built"] = asdict(found)
-        say_warm_magnets(found)
+        if is_of_several:
+            say(f"--built is of drives for one finger; of several: chladni fingers {board} --built")
+        result["built"] = _as_built(loaded, pitch, rated, press, samples, seed)
     result["seconds"] = time.perf_counter() - started
     title = f"{loaded.name}: {'two fingers' if is_of_several else 'one finger, and two'}"
     told = result if as_json else of_loudest(_of_purpose(board, loaded, objective, result))
     answer(told, as_json=as_json, title=title)
+
+
+def _as_built(
+    board: Board, pitch: float | None, rated: str, newtons: float, samples: int, seed: int
+) -> dict[str, Any]:
+    with progress_bar("steps") as progress:
+        found = score_as_built(
+            board,
+            pitch=PITCH if pitch is None else pitch * MM,
+            objective=rated,
+            newtons=newtons,
+            samples=max(samples, 1),
+            seed=seed,
+            progress=progress,
+        )
+    say_warm_magnets(found)
+    return asdict(found)
 
 
 def _draw(

@@ -315,16 +315,16 @@ def sentence(score: CountScore, apart_mm: float) -> str:
         above = score.isolation_db.median
         return f"{begin} under the others each one's signal is {above:.0f} dB weaker"
     off = score.perturbed
-    and_off = "" if off is None else f", {_of_100(off.unfelt)} within tolerances"
+    and_off = "" if off is None else f", {_percent(off.unfelt)} within tolerances"
     return (
         f"{begin} each gets {score.finger_um.median:.2g} µm of its own; "
-        f"{_of_100(score.unfelt)} of 100 fingers, while they rest, do not feel the others' "
+        f"{_percent(score.unfelt)} of fingers, while they rest, do not feel the others' "
         f"signals{and_off}"
     )
 
 
-def _of_100(share: float | None) -> str:
-    return f"{100.0 * (share or 0.0):.0f}"
+def _percent(share: float | None) -> str:
+    return f"{100.0 * (share or 0.0):.3g} %"
 
 
 def _by_number(counts: list[dict[str, Any]]) -> dict[str, Any]:

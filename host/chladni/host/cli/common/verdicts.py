@@ -63,7 +63,8 @@ def of_places(
         told = f"It focuses: {at} gets at least {kept.p10:.1f} dB less at nine of ten places"
         off = None if built is None else built.second_finger_20mm_db
         if apart == 20 and off is not None and off.p10 < NOTICED_DB:
-            told += f", {known_as} ({less_of(off.p10)} within tolerances)"
+            told = told.replace("It focuses", f"It focuses {known_as} alone", 1)
+            told += f", and {less_of(off.p10)} within tolerances"
     elif kept.median >= NOTICED_DB:
         told = (
             f"It focuses at some places: {at} gets {kept.median:.1f} dB less at the median, and "

@@ -48,10 +48,9 @@ def extent(found: Design, spec: Spec, samples: int, minutes: float | None, kept:
     asked, drawn = boards_asked(spec), found.draws
     said = ""
     if is_ended(found, spec, minutes):
-        worth = min(boards_worth(spec), asked)
-        gain = (
-            "may gain" if found.evaluations >= worth else f"gains: scores grow up to some {worth}"
-        )
+        worth = boards_worth(spec)
+        is_long = found.evaluations >= min(worth, asked)
+        gain = "may gain" if is_long else f"gains: scores grow up to some {worth}"
         said = f"Time was up after {found.evaluations} of {asked} boards: a longer search {gain}."
         said += f" The same command goes on from {kept}."
     if drawn < samples:

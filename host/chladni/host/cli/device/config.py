@@ -90,7 +90,7 @@ def _describe(names: list[str], *, as_json: bool) -> None:
         answer({"settings": rows}, as_json=True)
         return
     shown = {
-        row["name"]: f"{row['meaning']} {row['expected']}. Default {row['default']}."
+        _label(row["name"]): f"{row['meaning']} {row['expected']}. Default {row['default']}."
         for row in rows
     }
     answer(shown, as_json=False, title="Settings")
@@ -107,13 +107,18 @@ def _show(connection: Connection, names: list[str], *, as_json: bool) -> None:
         values: dict[str, Any] = {"board": known[1] if known else "none; never set from a file"}
         count = found["channels"]
         values |= {
-            name: own.text(found[own.raw_name], count)
+            _label(name): own.text(found[own.raw_name], count)
             for name, own in asked.items()
             if own.raw_name != "board_id"
         }
         answer(values, as_json=False, title="Configuration")
         return
     answer({name: own.for_json(found[own.raw_name]) for name, own in asked.items()}, as_json=True)
+
+
+def _label(name: str) -> str:
+    """A setting's own name, its unit with it: `supply_ma` is no current that a coil draws."""
+    return name.replace("_", " ")
 
 
 def _set(
@@ -231,7 +236,7 @@ def _ask_back(changed: list[dict[str, Any]]) -> None:
 
 
 def _in_words(result: dict[str, Any]) -> dict[str, Any]:
-    rows = {row["name"]: f"{row['from']} -> {row['to']}" for row in result["changed"]}
+    rows = {_label(row["name"]): f"{row['from']} -> {row['to']}" for row in result["changed"]}
     standing = ", ".join(result["standing"]) or "nothing"
     known = {"board": result["board"]} if "board" in result else {}
     return known | rows | {"playing prevented by": standing}
