@@ -60,11 +60,12 @@ def of_places(
         return "The board has no room for a second finger. " + _felt(score, frequency_hz)
     at = f"another finger {apart} mm away"
     if kept.p10 >= NOTICED_DB:
-        told = f"It focuses: {at} gets at least {kept.p10:.1f} dB less at nine of ten places"
-        off = None if built is None else built.second_finger_20mm_db
-        if apart == 20 and off is not None and off.p10 < NOTICED_DB:
-            told = told.replace("It focuses", f"It focuses {known_as} alone", 1)
-            told += f", and {less_of(off.p10)} within tolerances"
+        off = None if built is None or apart != 20 else built.second_finger_20mm_db
+        alone, within = "", ""
+        if off is not None and off.p10 < NOTICED_DB:
+            alone, within = f" {known_as} alone", f", and {less_of(off.p10)} within tolerances"
+        told = f"It focuses{alone}: {at} gets at least {kept.p10:.1f} dB less at nine of ten places"
+        told += within
     elif kept.median >= NOTICED_DB:
         told = (
             f"It focuses at some places: {at} gets {kept.median:.1f} dB less at the median, and "

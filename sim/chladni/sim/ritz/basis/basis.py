@@ -89,7 +89,7 @@ class IntervalBasis:
         return _gram(self.count, left, right) * (2.0 / self.length) ** (left + right)
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=128)  # of 0.2 MB each at most
 def _gram(count: int, left: int, right: int) -> FloatArray:
     """The same on [−1, 1], which all plates have in common."""
     line = IntervalBasis(2.0, count)

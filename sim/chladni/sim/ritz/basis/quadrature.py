@@ -34,7 +34,7 @@ def gauss_points(length: float, count: int) -> tuple[FloatArray, FloatArray]:
     return nodes * (length / 2.0), weights * (length / 2.0)
 
 
-@lru_cache(maxsize=512)
+@lru_cache(maxsize=256)
 def _legendre(count: int) -> tuple[FloatArray, FloatArray]:
     """On [−1, 1]. A dozen to a plate were a twelfth of its work, and are the next one's too."""
     nodes, weights = np.polynomial.legendre.leggauss(count)
