@@ -20,6 +20,7 @@ LONG = (
     "calibration/test_unlike_pairs.py",
     "calibration/test_coil_readings.py::test_what_is_too_loud_is_said_and_read_at_half",
     "calibration/test_laboratory.py::test_the_command_writes_the_board",
+    "calibration/test_sound.py::test_a_dead_coil_at_an_end_is_no_other[0]",
     "calibration/test_sound.py::test_a_recording_is_calibrated_with",
     "chain/test_chain.py::test_plate_commands_answer_and_draw",
     "chain/test_examples.py::test_a_device_of_another_board_is_left_alone",
@@ -174,6 +175,7 @@ LONG = (
 )
 """Beginnings of their names."""
 LONGEST = (
+    "calibration/test_sound.py::test_a_dead_coil_at_an_end_is_no_other[5]",
     "calibration/test_accelerometer.py::test_a_board_is_found_by_an_accelerometer_at_two_places",
     "calibration/test_accelerometer.py::test_a_sensor_on_every_coil_tells_forces_and_level",
     "calibration/test_calibration.py::test_a_weight_on_the_board_is_noticed",

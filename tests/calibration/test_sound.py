@@ -115,6 +115,18 @@ def test_foam_forces_and_faults_are_found_by_ear(board: Board, seed: int) -> Non
     assert ratios / np.median(ratios) == pytest.approx(1.0, abs=0.35)
 
 
+@pytest.mark.parametrize("end", [0, 5])
+def test_a_dead_coil_at_an_end_is_no_other(board: Board, end: int) -> None:
+    """No recording says when the first coil's turn was: plate 10 of `prototype`, its first coil
+    dead, was told as one whose last coil is, and nothing came back."""
+    hidden = hidden_plate(board, 1)
+    strengths = hidden.strengths.copy()
+    strengths[end] = 0.0
+    samples, rate = record_hidden(dataclasses.replace(hidden, strengths=strengths))
+    heard = fit_sound(board, heard_coils(samples, rate, 6))
+    assert heard.wiring.signs.tolist() == np.sign(strengths).tolist()
+
+
 def test_clocks_that_differ_are_told_from_another_plate() -> None:
     """Plate 2 of `prototype` is heard with clocks 38e-6 apart. With another difference the true
     plate would leave 0.4 unexplained, and one with a sheet 6 % too thick as much."""

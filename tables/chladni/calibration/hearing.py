@@ -49,6 +49,8 @@ TURN, FINER = 0.5, 8
 the next, rad, and into how many the last step is divided."""
 DEAD = 0.25
 """Of a usual force, below which a coil is dead."""
+SILENT = 0.01
+"""Of the loudest coil's power, below which there is no sweep: a coil of half its force has 0.25."""
 ROUNDS = 12
 """In which coils' factors and what they have in common are found by turns."""
 BY_EAR = 0.1
@@ -102,11 +104,35 @@ def sound(board: Board, hz: FloatArray) -> ComplexArray:
 def fit_sound(board: Board, heard: HeardCoils, progress: Report | None = None) -> Heard:
     """Find the board that sounds like this.
 
+    A recording does not tell when the first coil's turn was: where the first or the last is silent,
+    the other one may be, and of both the board that explains more is taken.
+
     Raises
     ------
     InputError
         The board sounds like none that may come out.
     """
+    found, refused = [], []
+    for one in _turns(heard):
+        try:
+            found.append(_sounds_like(board, one, progress))
+        except InputError as error:
+            refused.append(error)
+    if not found:
+        raise refused[0]
+    return min(found, key=lambda own: own.left)
+
+
+def _turns(heard: HeardCoils) -> list[HeardCoils]:
+    """What was heard, and by one coil later or earlier where an end of it is silent."""
+    power = np.mean(np.abs(heard.values) ** 2, axis=1)
+    is_silent = power < SILENT * power.max()
+    turned = [shift for shift, end in ((1, -1), (-1, 0)) if is_silent[end]]
+    later = [replace(heard, values=np.roll(heard.values, own, axis=0)) for own in turned]
+    return [heard, *later]
+
+
+def _sounds_like(board: Board, heard: HeardCoils, progress: Report | None) -> Heard:
     unknowns = unknowns_of(board)
     with one_blas_thread():
         search = _Search(unknowns, heard, progress)
