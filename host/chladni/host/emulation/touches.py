@@ -220,8 +220,10 @@ def played_um(
     duties
         Of the sine that each coil is asked for, as its current has it, (actuators,).
     """
-    newtons = newtons_of(board, float(np.abs(duties).max()), frequency_hz)
-    return None if newtons is None or card.felt is None else newtons * card.felt.um_per_newton
+    if board.coil is None or card.felt is None:
+        return None
+    duty = float(np.abs(duties).max())
+    return newtons_of(board, duty, frequency_hz) * card.felt.um_per_newton
 
 
 def _settled(played: ComplexArray, promised: ComplexArray) -> float:

@@ -9,6 +9,8 @@ from __future__ import annotations
 import warnings
 from importlib import import_module
 
+from chladni.sim.lazy_names import lazy_names
+
 TYPE_CHECKING = False  # as in chladni.host
 if TYPE_CHECKING:
     from typing import Any
@@ -74,9 +76,7 @@ def __getattr__(name: str) -> Any:
         message = f"{__name__}.{name} goes with 0.3.0: import it from {place}"
         warnings.warn(message, DeprecationWarning, stacklevel=2)
         return getattr(import_module(place), name)
-    places = [place for place, names in _PLACES.items() if name in names]
-    if not places:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f"{__name__}.{places[0]}"), name)
-    globals()[name] = value
-    return value
+    return _load(name)
+
+
+_load = lazy_names(__name__, _PLACES)

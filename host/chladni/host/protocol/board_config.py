@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from chladni.host.protocol.config import PANELS, DeviceConfig, each
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import DRIVER_KINDS, NOT_WIRED, ChipName
-from chladni.sim.coil.full_drive import coil_shares, strengths, weakest
+from chladni.sim.coil.full_drive import coil_shares, newtons_of, strengths
 from chladni.sim.errors import InputError
 from chladni.tables.layout import BOARD_NAME_BYTES, MAX_ACTUATORS
 
@@ -28,13 +27,11 @@ def full_force_n(board: Board) -> float:
 
     A bridge swings by the whole supply, a switch by half of it. Heat may end such a touch early.
     """
-    coil, own = board.coil, board.electronics
-    if coil is None:
+    if board.coil is None:
         return 0.0
-    omega = 2.0 * math.pi * board.drive.frequency_hz
-    volts = own.max_duty * own.supply_v * (1.0 if own.is_bridge else 0.5)
-    amperes = volts / abs(coil.resistance + own.driver_ohm + 1j * omega * coil.inductance)
-    return coil.force_factor * amperes * weakest(board)
+    own = board.electronics
+    duty = own.max_duty * (1.0 if own.is_bridge else 0.5)
+    return newtons_of(board, duty, board.drive.frequency_hz)
 
 
 def board_id(fingerprint: int, name: str) -> tuple[int, ...]:

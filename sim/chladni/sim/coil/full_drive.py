@@ -103,7 +103,6 @@ def full_drive(board: Board, drive: ComplexArray, frequency_hz: float) -> FullDr
     limited_by = min(limits, key=lambda name: limits[name])
     full = max(0.0, float(limits[limited_by]))
     ohm = coil.resistance + own.driver_ohm
-    amperes = _amperes_per_duty(board, coil, frequency_hz)
     duties = full * shares
     bias = np.where(plays, swing.bias(duties), 0.0) if full > 0.0 else np.zeros(shares.shape)
     steady = coil.force_factor * own.supply_v / ohm
@@ -111,22 +110,26 @@ def full_drive(board: Board, drive: ComplexArray, frequency_hz: float) -> FullDr
         duties=duties,
         limited_by=limited_by,
         volts=float(duties.max()) * own.supply_v,
-        amperes=float(duties.max()) * amperes,
-        newtons=float(coil.force_factor * full * amperes * weakest(board)),
+        amperes=float(duties.max()) * _amperes_per_duty(board, coil, frequency_hz),
+        newtons=newtons_of(board, full, frequency_hz),
         bias=bias,
         bias_newtons=steady * bias * np.abs(strengths(board)),
     )
 
 
-def newtons_of(board: Board, duty: float, frequency_hz: float) -> float | None:
+def newtons_of(board: Board, duty: float, frequency_hz: float) -> float:
     """Peak force of a coil that is asked for a sine of this duty and held still, N.
 
-    What each coil gets of it makes up for polarity and trim. None where the board file has no coil.
+    What each coil gets of it makes up for polarity and trim.
+
+    Raises
+    ------
+    MissingError
+        The board has no `[coil]`.
     """
-    if board.coil is None:
-        return None
-    amperes = duty * _amperes_per_duty(board, board.coil, frequency_hz)
-    return board.coil.force_factor * amperes * weakest(board)
+    coil = board.known_coil
+    amperes = duty * _amperes_per_duty(board, coil, frequency_hz)
+    return coil.force_factor * amperes * weakest(board)
 
 
 def _amperes_per_duty(board: Board, coil: Coil, frequency_hz: float) -> float:
