@@ -255,6 +255,8 @@ def test_board_score_answers_and_draws(chladni: CommandLine, tmp_path: Path) -> 
         "perturbed",
     }
     assert answer["two_fingers"]["isolation_db"]["median"] > 34.0
+    alone, of_two = (answer[own]["finger_um"]["median"] for own in ("one_finger", "two_fingers"))
+    assert alone > of_two
     plain = chladni(
         "board",
         "score",

@@ -70,9 +70,27 @@ def test_what_has_no_room_is_left_out(score: FingersScore, strip: Board) -> None
         score_fingers(strip, (5,), sets=1)
 
 
-@pytest.mark.parametrize("count", [1, 6])
+def test_one_finger_gets_what_coils_in_proportion_do_there(strip: Board) -> None:
+    """By the plate solved with that finger on it, and the current that the loudest coil may have.
+
+    Its drive comes of a ring of seven points, and the disc has about a hundred: 2 % of difference.
+    """
+    (one,) = score_fingers(strip, (1,), sets=5, samples=0).counts
+    solved = solved_board(strip)
+    for place, own in zip(one.places, one.rows, strict=True):
+        (disc,) = FingerSet.of(solved, place, STIFFNESS).discs
+        gains = disc.mean(axis=0).conj()
+        full = full_drive(strip, gains, strip.drive.frequency_hz)
+        assert full is not None
+        moved = float(np.sum(np.abs(gains) ** 2)) * full.newtons / float(np.abs(gains).max())
+        assert own[2] == pytest.approx(1e6 * moved, rel=0.02)
+        assert -6.0 < own[1] <= 0.0
+    assert (one.rows[:, [0, 3]] == (300.0, 0.0)).all()
+
+
+@pytest.mark.parametrize("count", [0, 6])
 def test_other_numbers_are_refused(strip: Board, count: int) -> None:
-    with pytest.raises(ArgumentError, match="2 to 5"):
+    with pytest.raises(ArgumentError, match="1 to 5"):
         score_fingers(strip, (count,), sets=1)
 
 

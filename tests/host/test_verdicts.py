@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -273,10 +273,12 @@ def test_people_read_it_first_and_programs_by_its_key(
 
 def test_what_a_board_is_made_for_comes_first(strip: Board) -> None:
     alone = score_board(strip, samples=0, pitch=40e-3)
-    (two,) = score_fingers(strip, (2,), sets=4, samples=0).counts
-    assert next(iter(score_rows(strip, alone, two))) == "above_second_finger"
+    one, two = score_fingers(strip, (1, 2), sets=4, samples=0).counts
+    assert next(iter(score_rows(strip, alone, one, two))) == "above_second_finger"
     several = replace(strip, focus=None, fingers=SeveralFingers())
-    assert next(iter(score_rows(several, alone, two))) == "two_fingers"
+    rows = score_rows(several, alone, one, two)
+    assert list(rows)[:2] == ["two_fingers", "one_finger"]
+    assert rows["one_finger"] == {"finger_um": asdict(one)["finger_um"]}
 
 
 def test_a_board_for_several_shows_no_focus_unless_it_is_asked_for(
@@ -288,7 +290,8 @@ def test_a_board_for_several_shows_no_focus_unless_it_is_asked_for(
     plain, asked = (chladni(*coarse, *more) for more in ((), ("--objective", "focus")))
     assert "--objective focus shows" in plain.err
     for done, is_shown in ((plain, False), (asked, True)):
-        assert "two fingers" in done.out
+        assert "two pressing fingers" in done.out
+        assert "one pressing finger alone" in done.out
         assert ("fingers 20 mm away" in " ".join(done.out.split())) == is_shown
 
 

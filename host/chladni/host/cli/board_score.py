@@ -50,12 +50,11 @@ from chladni.host.cli.common.verdicts import of_board
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
-from chladni.sim.errors import ArgumentError
 from chladni.sim.fields.transfer import TOLERANCE
 from chladni.sim.image.finger import NOTICED_DB
 
 OF_SEVERAL = (
-    *("name", "verdict", "two_fingers", "finger_um", "built"),
+    *("name", "verdict", "two_fingers", "one_finger", "built"),
     *("coil_spacing_mm", "foam_length_mm", "room_for", "error_estimate", "seconds"),
 )
 PRESSES = within(LEAST_PRESS, MOST_PRESS, "N")
@@ -101,7 +100,7 @@ def board_score(
             progress=progress,
         )
     say_unmet(score.error_estimate, TOLERANCE)
-    two, foam_twice = _two_fingers(loaded, drawn if is_of_several else 0, seed)
+    one, two, foam_twice = _fingers(loaded, drawn if is_of_several else 0, seed)
     verdict = of_board(
         score,
         two,
@@ -114,7 +113,7 @@ def board_score(
     )
     if figure is not None:
         _draw(figure, loaded, score, None if objective else two, verdict)
-    result = {"name": loaded.name, "verdict": verdict} | score_rows(loaded, score, two)
+    result = {"name": loaded.name, "verdict": verdict} | score_rows(loaded, score, one, two)
     if built:
         if is_of_several:
             say(f"--built is of drives for one finger; of several: chladni fingers {board} --built")
@@ -171,20 +170,20 @@ def _tried(board: Board, score: BoardScore) -> list[Remedy]:
         return tried_remedies(board, progress=progress)
 
 
-def _two_fingers(
+def _fingers(
     board: Board, samples: int, seed: int
-) -> tuple[CountScore | None, KeptApart | None]:
-    """How far apart two pressing fingers are kept, as `chladni fingers` has it; None without room.
+) -> tuple[CountScore, CountScore | None, KeptApart | None]:
+    """What one finger alone gets, and how far apart two are kept, as `chladni fingers` has it.
 
-    Then the same on foam twice as stiff; None without foam, or where it was measured.
+    The second is None without room for two. Then the same of these on foam twice as stiff; None
+    without foam, or where it was measured.
     """
     if board.fingers is not None:
         say_waves(board)
         say_mirrored(board)
-    try:
-        with progress_bar("sets of two fingers") as progress:
-            found = score_fingers(board, (2,), samples=samples, seed=seed, progress=progress)
-    except ArgumentError:
-        return None, None
-    (score,) = found.counts
-    return score, None if board.measured else on_stiffer_foam(board, score)
+    with progress_bar("sets of one and two fingers") as progress:
+        found = score_fingers(board, (1, 2), samples=samples, seed=seed, progress=progress)
+    one, *more = found.counts
+    if not more:
+        return one, None, None
+    return one, more[0], None if board.measured else on_stiffer_foam(board, more[0])

@@ -302,10 +302,16 @@ def winding_report(board: Board) -> dict[str, Any]:
 OF_TWO = ("isolation_db", "level_db", "finger_um", "unfelt", "unfelt_pressing", "perturbed")
 
 
-def score_rows(board: Board, score: BoardScore, two: CountScore | None) -> dict[str, Any]:
-    """What a score has of one finger and of two: first what the board is made for."""
+def score_rows(
+    board: Board, score: BoardScore, one: CountScore, two: CountScore | None
+) -> dict[str, Any]:
+    """What a score has: first what the board is made for.
+
+    `one` and `two` are of drives that devices find for the fingers that are there.
+    """
     alone = {key: value for key, value in asdict(score).items() if key != "maps"}
     several = {"two_fingers": {key: asdict(two)[key] for key in OF_TWO} if two else None}
+    several["one_finger"] = {"finger_um": asdict(one)["finger_um"]}
     return several | alone if board.is_for_several else alone | several
 
 

@@ -114,7 +114,7 @@ def score_fingers(
     Parameters
     ----------
     counts
-        Numbers of fingers, 2 to 5.
+        Numbers of fingers, 1 to 5. One alone has no other to be kept from: its isolation is 300 dB.
     apart
         Least distance between two middles, m.
     sets
@@ -138,12 +138,12 @@ def score_fingers(
     Raises
     ------
     ArgumentError
-        A number of fingers is not 2 to 5, or the board has no room for the first of them.
+        A number of fingers is not 1 to 5, or the board has no room for the first of them.
     """
     started = time.perf_counter()
     for count in counts:
-        if not 2 <= count <= MOST_FINGERS:
-            raise ArgumentError("fingers", count, f"2 to {MOST_FINGERS}")
+        if not 1 <= count <= MOST_FINGERS:
+            raise ArgumentError("fingers", count, f"1 to {MOST_FINGERS}")
     solved = solved_board(board)
     if solve is None:
         with one_blas_thread():
