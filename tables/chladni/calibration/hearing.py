@@ -113,7 +113,7 @@ def fit_sound(board: Board, heard: HeardCoils, progress: Report | None = None) -
         The board sounds like none that may come out.
     """
     found, refused = [], []
-    for one in _turns(heard):
+    for one in turns_of(heard):
         try:
             found.append(_sounds_like(board, one, progress))
         except InputError as error:
@@ -123,7 +123,7 @@ def fit_sound(board: Board, heard: HeardCoils, progress: Report | None = None) -
     return min(found, key=lambda own: own.left)
 
 
-def _turns(heard: HeardCoils) -> list[HeardCoils]:
+def turns_of(heard: HeardCoils) -> list[HeardCoils]:
     """What was heard, and by one coil later or earlier where an end of it is silent."""
     power = np.mean(np.abs(heard.values) ** 2, axis=1)
     is_silent = power < SILENT * power.max()

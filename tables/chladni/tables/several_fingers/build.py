@@ -50,7 +50,7 @@ class ResponsesReport:
         By rounding and interpolation, at the median or the 10th percentile, whichever is more, of
         the worst frequency.
     is_within_limits
-        Whether that is at most 2 dB.
+        Whether that is at most 1 dB.
     error_estimate
         Largest relative error of the coils' fields.
     """
@@ -82,7 +82,7 @@ def responses_table(
         A section is made for each; by default those of the board's `[fingers]`, or its drive's.
     pitch
         Between stored responses, m; by default that of `[fingers]`, or of the smallest table that
-        loses at most 2 dB of isolation.
+        loses at most 1 dB of isolation.
     bits
         Of each integer; by default as the pitch.
     progress

@@ -30,9 +30,9 @@ FloatArray = NDArray[np.float64]
 FINGERS = 2
 """Side by side or further apart: those for which drives can do most, and so lose most by rounding.
 They press with 1 N."""
-LIMIT_DB = 2.0
-"""That rounding and interpolation may take, at the median and at the worst tenth: less than the JND
-of amplitude (2.3 dB)."""
+LIMIT_DB = 1.0
+"""That rounding and interpolation may take, at the median and at the worst tenth: what a table does
+is what its board's score said, within less than half the JND of amplitude (2.3 dB)."""
 
 
 @dataclass(frozen=True)
