@@ -69,11 +69,13 @@ test: venv  ## lint, type-check and run the tests
 all-tests:
 	env -u MAKEFLAGS -u MFLAGS $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
 
+# Half of them, 0 or 1; all if left out.
+HALF ?=
 # `alone` waits more than it works: one job more than cores.
-long: venv  ## clang-tidy, and the tests that take longer (tests/long_tests.py)
+long: venv  ## clang-tidy, and the tests that take longer (tests/long_tests.py), or one HALF= of them
 	@$(BESIDE) $(WORKERS) alone $(TIDY)
-	$(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal -m "long and not alone" \
-		$$($(BIN)/python tests/long_tests.py)
+	export CHLADNI_HALF=$(HALF); $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal \
+		-m "long and not alone" $$($(BIN)/python tests/long_tests.py)
 
 lint: venv  ## ruff, mypy, import-linter, clang-format, clang-tidy, cppcheck (if there is one), generated headers, licences
 	@$(BESIDE) $(JOBS) --keep-going lint-types $(LINTERS) $(TIDY)

@@ -1,11 +1,13 @@
 """Which tests `make test` leaves to `make long`: those that take two seconds of a core and more.
 
-What they ask is asked in a smaller way by tests that stay. `.ci/run` runs both. The longest, of
-which others ask the same on another board or by another command, are left to `make soak`.
+What they ask is asked in a smaller way by tests that stay. `make long` runs all of them, `.ci/run`
+one half: every other entry, which half by the commit. The longest, of which others ask the same on
+another board or by another command, are left to `make soak`.
 """
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 
 import pytest
@@ -19,8 +21,6 @@ LONG = (
     "calibration/test_disturbed_readings.py",
     "calibration/test_unlike_pairs.py",
     "calibration/test_coil_readings.py::test_what_is_too_loud_is_said_and_read_at_half",
-    "calibration/test_laboratory.py::test_the_command_writes_the_board",
-    "calibration/test_sound.py::test_a_dead_coil_at_an_end_is_no_other[0]",
     "calibration/test_sound.py::test_a_recording_is_calibrated_with",
     "chain/test_chain.py::test_plate_commands_answer_and_draw",
     "chain/test_examples.py::test_a_device_of_another_board_is_left_alone",
@@ -95,7 +95,6 @@ LONG = (
     "firmware/test_pins.py::test_random_configurations_never_cost_the_link",
     "firmware/test_processors.py::test_cuts_and_mirrors_everywhere_cost_a_lookup_no_more",
     "firmware/test_processors.py::test_stacks_stay_as_small_as_the_documentation_says",
-    "host/test_calibrate.py::test_an_accelerometer_finds_it_too",
     "host/figures/test_wide_boards.py",
     "host/manufacture/test_drawing.py::test_a_drawing_is_the_same_bytes_in_every_run",
     "host/manufacture/test_wiring.py::test_texts_lie_on_nothing_and_wires_are_straight",
@@ -172,9 +171,22 @@ LONG = (
     "calibration/test_sound.py::test_recordings_of_no_sweep_are_refused",
     "chain/test_template.py::test_a_sweep_tells_the_plate_from_the_latch",
     "host/test_fingers_command.py::test_a_device_needs_a_table_of_the_board_with_responses",
+    "firmware/test_processors.py::test_a_built_table_is_read_and_looked_up_alike_and_in_time",
+    "firmware/test_chip_crashes.py::test_crashes_in_a_row_end_in_a_wire_that_answers[ledc_timer_config-4-esp32]",
+    "firmware/test_chip_sensing.py::test_values_that_were_not_fetched_end_the_reading[esp32s3]",
+    "spice/test_sensing.py::test_the_reference_goes_the_same_way_as_a_coil",
+    "spice/test_sensing.py::test_a_driven_coil_hurts_nothing",
+    "studio/test_fingers.py::test_one_finger_of_a_board_for_several_plays_the_loudest_drive",
+    "chain/test_one_objective.py::test_every_command_takes_the_objective_of_the_file[-ssim]",
+    "design/test_search.py::test_a_search_beats_its_starts",
+    "tables/test_several_fingers.py::test_drives_and_responses_share_a_table",
+    "drives/test_workers.py::test_a_worker_that_is_killed_again_ends_the_work_with_a_remedy",
 )
 """Beginnings of their names."""
 LONGEST = (
+    "calibration/test_laboratory.py::test_the_command_writes_the_board",
+    "calibration/test_sound.py::test_a_dead_coil_at_an_end_is_no_other[0]",
+    "host/test_calibrate.py::test_an_accelerometer_finds_it_too",
     "calibration/test_sound.py::test_a_dead_coil_at_an_end_is_no_other[5]",
     "calibration/test_accelerometer.py::test_a_board_is_found_by_an_accelerometer_at_two_places",
     "calibration/test_accelerometer.py::test_a_sensor_on_every_coil_tells_forces_and_level",
@@ -258,19 +270,29 @@ ALONE = (
 )
 """Of them, those that run with no others beside them: their device keeps real time, and takes its
 host for silent where that gets no turn for a tenth of a second."""
+HALF = "CHLADNI_HALF"
+"""In the environment, 0 or 1: of `LONG` that half alone."""
 WHOLE_SUITE = 2000
 """Tests, more than any part of the suite has."""
 
 
+def asked_for() -> set[str]:
+    """Entries of `LONG` that are to run."""
+    half = os.environ.get(HALF, "")
+    if half not in ("", "0", "1"):
+        raise pytest.UsageError(f"{HALF}: {half!r}, expected 0 or 1")
+    return set(LONG[int(half) :: 2] if half else LONG)
+
+
 def mark_long(items: Sequence[pytest.Item]) -> None:
-    """Mark them `long`, or `soak`.
+    """Mark them `long`, or `soak`, as those of the half that is not asked for.
 
     Raises
     ------
     pytest.UsageError
-        A name stands for no test of the whole suite.
+        A name stands for no test of the whole suite, or there is no such half.
     """
-    unused = {*LONG, *LONGEST}
+    unused, asked = {*LONG, *LONGEST}, asked_for()
     for item in items:
         name = item.nodeid.removeprefix("tests/")
         if name in LONGEST:
@@ -279,7 +301,7 @@ def mark_long(items: Sequence[pytest.Item]) -> None:
             continue
         for own in LONG:
             if name.startswith(own):
-                item.add_marker(pytest.mark.long)
+                item.add_marker(pytest.mark.long if own in asked else pytest.mark.soak)
                 if own in ALONE:
                     item.add_marker(pytest.mark.alone)
                 unused.discard(own)
@@ -289,4 +311,4 @@ def mark_long(items: Sequence[pytest.Item]) -> None:
 
 if __name__ == "__main__":
     # For a run of these alone: to collect the others takes as long as some of them.
-    print(*sorted({f"tests/{name.partition('::')[0]}" for name in LONG}))
+    print(*sorted({f"tests/{name.partition('::')[0]}" for name in asked_for()}))

@@ -11,7 +11,7 @@ from scipy.io import wavfile
 
 from calibration.small_board import small_board
 from chladni.calibration import fit_sound, heard_coils, hidden_plate, sweep_duties
-from chladni.calibration.hearing import sound
+from chladni.calibration.hearing import sound, turns_of
 from chladni.calibration.recorder import RATE_HZ, record_hidden
 from chladni.calibration.sweep import (
     FROM_HZ,
@@ -125,6 +125,19 @@ def test_a_dead_coil_at_an_end_is_no_other(board: Board, end: int) -> None:
     samples, rate = record_hidden(dataclasses.replace(hidden, strengths=strengths))
     heard = fit_sound(board, heard_coils(samples, rate, 6))
     assert heard.wiring.signs.tolist() == np.sign(strengths).tolist()
+
+
+def test_where_an_end_is_silent_its_turn_may_be_the_other_ends() -> None:
+    """And nowhere else: a coil in the middle that is silent has its turn between others."""
+    values = np.diag([1.0, 2.0, 3.0, 4.0]).astype(np.complex128)
+    for silent, turned in ((0, -1), (3, 1), (1, None)):
+        own = values * (np.arange(4) != silent)[:, None]
+        one, *others = turns_of(HeardCoils(own, np.zeros(4), 1.0))
+        assert np.array_equal(one.values, own)
+        assert len(others) == (turned is not None)
+        if turned is not None:
+            assert np.array_equal(others[0].values, np.roll(own, turned, axis=0))
+            assert not others[0].values[0 if silent else -1].any()
 
 
 def test_clocks_that_differ_are_told_from_another_plate() -> None:
