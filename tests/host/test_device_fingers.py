@@ -176,13 +176,14 @@ def test_a_signal_is_played_under_a_finger_over_the_link(table: Table) -> None:
 def test_a_device_on_a_port_says_what_it_reckons_and_where_micrometres_are(
     table: Table, chladni: CommandLine
 ) -> None:
-    port, ends = VirtualPort(Emulator(device_of(table), table)), threading.Event()
+    known = device_of(table, full_force_mn=400)
+    port, ends = VirtualPort(Emulator(known, table)), threading.Event()
     served = threading.Thread(target=port.serve, args=(ends.is_set,))
     served.start()
     try:
         places = ("--at", "-18,30", "--other", "17,-25")
         there = ("--port", port.port, "--json")
-        done = chladni("play", "click", *places, *there)
+        done = chladni("play", "click", *places, "--level-um", "2", *there)
         both = chladni("play", "click", *places, "--other-effect", "thud", *there)
         after = chladni("device", "touch", "-18,30", "17,-25", *there)
         off = chladni("play", "click", "--at", "-18,30", "--other", "80,-10", *there)
@@ -192,12 +193,11 @@ def test_a_device_on_a_port_says_what_it_reckons_and_where_micrometres_are(
         port.close()
     assert done.json["isolation_db"] > 30.0
     assert not [key for key in done.json if key.endswith("_um")]
-    assert "--emulator with the same --board and --table" in " ".join(done.err.split())
+    for part in ("what gives 2 µm", "--emulator with the same --board and --table"):
+        assert part in " ".join(done.err.split())
     assert done.json["fewest_waiting"] <= done.json["samples"]
-    assert [(one["name"], one["effect"]) for one in both.json["fingers"]] == [
-        ("A", "click"),
-        ("B", "thud"),
-    ]
+    named = [(one["name"], one["effect"]) for one in both.json["fingers"]]
+    assert named == [("A", "click"), ("B", "thud")]
     assert [one["place_mm"] for one in both.json["fingers"]] == [[-18.0, 30.0], [17.0, -25.0]]
     for one in both.json["fingers"]:
         assert one["samples"] == len(shipped_effects()[one["effect"]].samples(SIGNAL_HZ))

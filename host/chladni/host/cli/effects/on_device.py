@@ -54,7 +54,7 @@ def play_on_device(
             for finger in range(len(signals), len(places)):
                 # One that rested has its own signal again from its next touch on.
                 device.fingers.set_voice(finger)
-    say_not_measured()
+    say_not_measured(level_um)
     rows = [
         of_loudest(
             {

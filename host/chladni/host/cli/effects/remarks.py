@@ -89,8 +89,13 @@ def say_filtered(effect: Effect) -> None:
     )
 
 
-def say_not_measured() -> None:
+def say_not_measured(level_um: float | None) -> None:
     """Remark on what a real device cannot say of an effect."""
+    if level_um is not None:
+        say(
+            f"the device reckons what gives {level_um:g} µm for an amplitude of 1, by its table "
+            "and a coil's force in its configuration, and plays less where the place allows less"
+        )
     say(
         "a device does not measure its plate, and its dB are by its table, for signals below the "
         "plate's first natural frequency: --emulator with the same --board and --table says what "
