@@ -43,7 +43,7 @@ class Desk:
     folder: Path
     built: Path
     _started: list[subprocess.Popen[bytes]] = field(default_factory=list)
-    _port: Path | None = None
+    _ports: dict[str, Path] = field(default_factory=dict)
 
     def run(self, command: str, expected: tuple[str, ...] = ()) -> str:
         """Run one command; what is wrong with it or its output, or nothing."""
@@ -121,21 +121,24 @@ class Desk:
                 return problem or f"ended at once, with {process.returncode}\n{output}"
             time.sleep(0.05)
 
-    def port(self) -> Path:
-        """The port of an emulated prototype, configured.
+    def port(self, board: str = "") -> Path:
+        """The port of an emulated device, configured for a board; `prototype` if none is named.
 
         Its coils count as cool, as four seconds after power has come on.
         """
-        if self._port is None:
-            self._port = self.folder / "a-port"
+        board = board or "prototype"
+        if board not in self._ports:
+            own = self.folder / f"{board}-port"
             for command in (
-                "chladni emulate --serial --flash a-flash --board prototype --port-link a-port &",
-                "chladni device config set --from prototype --yes --port a-port",
+                f"chladni emulate --serial --flash {board}-flash --board {board} "
+                f"--port-link {board}-port &",
+                f"chladni device config set --from {board} --yes --port {board}-port",
             ):
                 if problem := self.run(command):
                     raise RuntimeError(problem)
-            self.wait_for_coils(self._port)
-        return self._port
+            self.wait_for_coils(own)
+            self._ports[board] = own
+        return self._ports[board]
 
     @staticmethod
     def wait_for_coils(port: Path) -> None:

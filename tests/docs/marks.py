@@ -3,6 +3,7 @@
     <!-- not run: needs a chip; tests/device and `make dist` stand in -->
     <!-- not run (chladni studio, chladni design): one serves a page; tests/studio stands in -->
     <!-- an emulated device stands in for /dev/ttyUSB0 -->
+    <!-- an emulated strip5 stands in for /dev/ttyUSB0 -->
     <!-- first: chladni table build strip5 -o board.chl -->
     <!-- each line alone, in [plate] -->
     <!-- goes into my.toml -->
@@ -19,7 +20,7 @@ from pathlib import Path
 from make_targets import targets
 
 NOT_RUN = re.compile(r"not run(?: \((?P<only>[^)]+)\))?: (?P<why>[^;]+); (?P<what>.+) stands? in")
-PORT = re.compile(r"an emulated device stands in for (?P<port>\S+)")
+PORT = re.compile(r"an emulated (?P<board>\w+) stands in for (?P<port>\S+)")
 FIRST = re.compile(r"first: (?P<commands>.+)")
 GOES = re.compile(r"goes into (?P<file>\S+)")
 EACH = re.compile(r"each line alone, in \[(?P<table>\w+)\]")
@@ -34,6 +35,8 @@ class Mark:
     why: str = ""
     stands_in: tuple[str, ...] = ()
     port: str = ""
+    board: str = ""
+    """That the device at the port is for; empty for any."""
     first: tuple[str, ...] = ()
     table: str = ""
     file: str = ""
@@ -54,7 +57,8 @@ def read_marks(comments: tuple[str, ...]) -> Mark:
             stands_in = tuple(re.split(r", | and ", found["what"].replace("`", "")))
             mark = replace(mark, only=only, why=found["why"], stands_in=stands_in)
         elif found := PORT.fullmatch(comment):
-            mark = replace(mark, port=found["port"])
+            board = "" if found["board"] == "device" else found["board"]
+            mark = replace(mark, port=found["port"], board=board)
         elif found := FIRST.fullmatch(comment):
             mark = replace(mark, first=tuple(one.strip() for one in found["commands"].split("&&")))
         elif found := EACH.fullmatch(comment):

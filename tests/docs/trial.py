@@ -129,7 +129,7 @@ def _after(evaluator: Evaluator, mark: marks.Mark, desk: Desk) -> Evaluator:
     def evaluate(example: Example) -> str | None:
         def here(text: str) -> str:
             name = rf"(?<![\w/]){re.escape(mark.port)}(?![\w/])"
-            return re.sub(name, str(desk.port()), text) if mark.port else text
+            return re.sub(name, str(desk.port(mark.board)), text) if mark.port else text
 
         for command in mark.first:
             if problem := desk.run(here(command)):

@@ -48,6 +48,8 @@ along = "x"
 level_db = -6
 level_um = 8
 """
+BANKS_OF = {"fader": ("strip5", "quiet5"), "four-keys": ("pad16", "quiet16")}
+"""The others are for phones."""
 
 
 @pytest.fixture
@@ -188,9 +190,10 @@ def test_mangled_drawings_and_files_are_banks_or_are_refused(
 
 
 @pytest.mark.parametrize("name", list(shipped_banks()))
-def test_a_shipped_bank_lies_on_the_board_that_it_is_for(name: str) -> None:
+def test_a_shipped_bank_lies_on_the_boards_that_it_is_for(name: str) -> None:
     bank = read_bank(name).bank
-    bank.check_on(*(1e3 * size for size in load_board("phone5").plate.size))
+    for board in BANKS_OF.get(name, ("phone5", "phone8", "phone15", "prototype")):
+        bank.check_on(*(1e3 * size for size in load_board(board).plate.size))
     assert bank_status(bank_bytes(name)) == "ok"
     assert set(bank.effects) <= set(shipped_effects())
 

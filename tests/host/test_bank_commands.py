@@ -102,7 +102,7 @@ def test_a_touch_of_an_emulated_device_with_a_bank(chladni: CommandLine, tmp_pat
     assert shown.json == {"fingers": [], "events": []}
     refused = chladni("device", "touches", *there[:-3], "none", *there[-2:])
     assert refused.code == 2
-    assert "--bank: expected calculator, slider, texture, or a file" in refused.err
+    assert "--bank: expected calculator, fader, four-keys, slider, texture, or" in refused.err
 
 
 def test_a_device_tells_of_its_bank(chladni: CommandLine, tmp_path: Path) -> None:
