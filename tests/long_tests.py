@@ -181,6 +181,20 @@ LONG = (
     "design/test_search.py::test_a_search_beats_its_starts",
     "tables/test_several_fingers.py::test_drives_and_responses_share_a_table",
     "drives/test_workers.py::test_a_worker_that_is_killed_again_ends_the_work_with_a_remedy",
+    "firmware/test_limits_walk.py::test_no_order_of_few_requests_lifts_a_limit[1]",
+    "design/test_search.py::test_a_search_that_was_stopped_goes_on",
+    "host/test_verdicts.py::test_what_stiffer_foam_leaves_is_told_with_what_fingers_get",
+    "spice/test_sensing.py::test_the_carrier_that_a_neighbour_couples_in_leaves_room",
+    "calibration/test_calibration.py::test_any_coil_may_be_reversed[coils2]",
+    "calibration/test_coil_readings.py::test_the_firmware_reads_what_the_arithmetic_says[switch-12-4]",
+    "calibration/test_coil_readings.py::test_the_firmware_reads_what_the_arithmetic_says[bridge-11-8]",
+    "sim/test_pressed.py::test_vibration_about_a_press_is_the_press_of_a_little_more",
+    "sim/test_pressed.py::test_a_light_press_is_that_of_kelvin_functions",
+    "tables/test_table_hard_cases.py::test_two_frequencies_are_two_sections",
+    "chain/test_table_score.py::test_the_pins_focus_all_over_the_board[quiet5]",
+    "host/test_tolerance.py::test_a_frequency_asked_for_twice_is_stored_once",
+    "host/test_own_device.py::test_a_hidden_plate_is_of_a_board_that_is_served",
+    "docs/test_troubleshooting.py::test_a_message_of_the_page_is_in_the_program_s_words",
 )
 """Beginnings of their names."""
 LONGEST = (
