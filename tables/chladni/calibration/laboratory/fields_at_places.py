@@ -17,6 +17,7 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.induced import OpenCoils, open_coils
 from chladni.sim.fields.transfer import disc_fields
+from chladni.sim.plate.response import PlateModel
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -39,11 +40,11 @@ class FieldsAtPlaces:
     def __init__(self, board: Board, hz: FloatArray, sensor_kg: float, stands: FloatArray) -> None:
         self._board, self._sensor_kg, self._stands = board, sensor_kg, stands
         self._hz = hz.tolist()
-        self._model = plate_model(board)
-        self._coils = [self._of_coils(own) for own in self._hz]
+        # A fit keeps some forty solved boards, and a model is a hundred times what it is asked for.
+        model = plate_model(board)
+        self._coils = [self._of_coils(own, model) for own in self._hz]
         self._fields = [np.asarray(own.fields.values) for own in self._coils]
-        has_sensor = sensor_kg > 0.0
-        self._pushed = [self._of_stands(own) for own in self._hz] if has_sensor else []
+        self._pushed = self._of_stands(model) if sensor_kg > 0.0 else []
 
     def at(self, row: int, coils: NDArray[np.int64], places: FloatArray) -> ComplexArray:
         """Of a newton of those coils, at those places, at a frequency, m/N, (rows,).
@@ -85,7 +86,7 @@ class FieldsAtPlaces:
     def _pushed_at(self, row: int) -> ComplexArray:
         """Fields of a newton at every place, at a frequency."""
         if not self._pushed:
-            self._pushed = [self._of_stands(own) for own in self._hz]
+            self._pushed = self._of_stands(plate_model(self._board))
         return self._pushed[row]
 
     def _inertia(self, row: int) -> float:
@@ -101,22 +102,27 @@ class FieldsAtPlaces:
         apart = np.linalg.norm(places[:, None] - self._stands, axis=2)
         return np.asarray(np.argmin(apart, axis=1))
 
-    def _of_coils(self, hz: float) -> OpenCoils:
+    def _of_coils(self, hz: float, model: PlateModel) -> OpenCoils:
         """With fields of a newton of each coil, on the board's grid."""
-        return open_coils(self._board, hz, model=self._model, tolerance=DRAWN_TOLERANCE)
+        return open_coils(self._board, hz, model=model, tolerance=DRAWN_TOLERANCE)
 
-    def _of_stands(self, hz: float) -> ComplexArray:
-        """Fields of a newton of the sensor, at each of its places."""
-        pushed = disc_fields(
-            self._board,
-            [(x / MM, y / MM) for x, y in self._stands.tolist()],
-            SENSOR_RADIUS,
-            frequency_hz=hz,
-            tolerance=DRAWN_TOLERANCE,
-            model=self._model,
-            allow_unmet=True,
-        )
-        return np.asarray(pushed.values)
+    def _of_stands(self, model: PlateModel) -> list[ComplexArray]:
+        """Fields of a newton of the sensor, at each of its places, at each frequency."""
+        stands = [(x / MM, y / MM) for x, y in self._stands.tolist()]
+        return [
+            np.asarray(
+                disc_fields(
+                    self._board,
+                    stands,
+                    SENSOR_RADIUS,
+                    frequency_hz=hz,
+                    tolerance=DRAWN_TOLERANCE,
+                    model=model,
+                    allow_unmet=True,
+                ).values
+            )
+            for hz in self._hz
+        ]
 
 
 def _between(
