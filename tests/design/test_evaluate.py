@@ -9,7 +9,10 @@ from chladni.design.evaluate import COARSE, NO_NUMBER_DB, completed_board, evalu
 from chladni.design.spec import spec_of
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.as_built import score_together
+from chladni.drives.scoring.small_amplitude import SoftWave, soft_wave
+from chladni.sim.board.file import load_board, read_document
 from chladni.sim.fields.board_plate import first_natural_hz
+from conftest import ROOT
 from made_specs import small
 
 
@@ -39,6 +42,22 @@ def test_limits_and_weights_count() -> None:
     weighed = evaluate(spec_of(small(design={"weights": both})), document, SEED)
     wanted = plain.terms["second_finger_20mm_db"] + 2.0 * plain.terms["focal_error_mm"]
     assert weighed.robust_score == pytest.approx(wanted, abs=1e-9)
+
+
+def test_a_board_gets_the_floor_that_its_diodes_need() -> None:
+    """Without one a diode stops the current of a soft wave, and twice the frequency comes up."""
+    known = read_document(ROOT / "boards" / "pad16.toml")
+    told = known["electronics"]
+    needs = soft_wave(load_board("pad16"))
+    assert isinstance(needs, SoftWave)
+    plain = known | {"electronics": {k: v for k, v in told.items() if k != "least_duty"}}
+    floor = completed_board(plain, COARSE).electronics.least_duty
+    assert needs.continuous_from_duty <= floor < needs.continuous_from_duty + 0.01
+    bent = known | {"electronics": told | {"least_duty": 0.01}}
+    assert completed_board(bent, COARSE).electronics.least_duty == 0.01
+    wave = soft_wave(completed_board(plain, COARSE))
+    assert isinstance(wave, SoftWave)
+    assert not wave.is_bent
 
 
 def test_what_a_board_keeps_as_built_can_be_weighed() -> None:

@@ -15,6 +15,7 @@ from chladni.design.spec import spec_of
 from chladni.drives.methods import SEED
 from chladni.drives.workers import Workers
 from chladni.host.cli.designing.answers import extent
+from chladni.host.cli.designing.design import written_on_board
 from made_specs import small
 
 
@@ -98,3 +99,19 @@ def test_time_ends_the_first_boards_of_given_places_and_the_pace_is_told(
     assert steps[0] == (1, 2 + 1)  # and the end is as long as one more
     most = 60 if is_range else 4
     assert f"after 2 of {most} boards" in extent(found, spec, 1, 4.0, Path("kept"))
+
+
+def test_an_answer_stays_until_the_next_one_is_complete(tmp_path: Path) -> None:
+    """A search that was begun again and stopped left its first boards in place of the answer."""
+    spec, output = spec_of(small(design={"coils": 1})), tmp_path / "own.toml"
+    document = spec.document | {
+        "actuators": [{"name": "a", "at_mm": [0.0, 0.0]}],
+        "electronics": spec.document["electronics"] | {"pwm_pins": [2]},
+    }
+    entry = Entry(document, Evaluation(**judged(spec, SEED, ("one", document))["evaluation"]))
+    written_on_board(output, 4, 8)(entry, True)
+    assert output.read_text("utf-8").startswith("# The best board so far")
+    answer = "# Answers own-spec.toml: the best of 8 boards, seed 1.\n"
+    output.write_text(answer, encoding="utf-8")
+    written_on_board(output, 4, 8)(entry, True)
+    assert output.read_text("utf-8") == answer

@@ -18,6 +18,7 @@ from chladni.design.variables import Document, filled
 from chladni.drives.scoring.as_built import score_together
 from chladni.drives.scoring.board_score import BoardScore, score_board
 from chladni.drives.scoring.several_fingers.fingers_score import SETS, score_fingers
+from chladni.drives.scoring.small_amplitude import with_floor
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import FocusStatistics
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE
@@ -81,7 +82,10 @@ def document_of(spec: Spec, numbers: Sequence[float], places: Sequence[Place] | 
 
 
 def completed_board(document: Document, point: float | None = None) -> Board:
-    """The board of a document whose image may be left open; `point` replaces it, m."""
+    """The board of a document whose image may be left open; `point` replaces it, m.
+
+    Where the document has no `least_duty`, it is what the coils' diodes need.
+    """
     points = document.get("image", {}).get("points")
     if points is None or point is not None:
         size = document.get("plate", {}).get("size_mm")
@@ -89,7 +93,8 @@ def completed_board(document: Document, point: float | None = None) -> Board:
             step = (point or FINE) / MM
             points = [min(max(round(side / step) + 1, 7), 5000) for side in size]
             document = document | {"image": {"points": points}}
-    return board_from_document(document)
+    board = board_from_document(document)
+    return board if "least_duty" in document.get("electronics", {}) else with_floor(board)
 
 
 def evaluate(spec: Spec, document: Document, seed: int) -> Evaluation:

@@ -138,7 +138,7 @@ def score_board(
         compensated=compensated,
         contrast_limit_db=_contrast_limit(solved, lattice.places),
         foam_length_mm=foam_length_mm(board),
-        half_wavelength_mm=_half_wavelength_mm(board),
+        half_wavelength_mm=half_wavelength_mm(board),
         coil_spacing_mm=_coil_spacing_mm(board),
         room_for=_room_for(board),
         error_estimate=solved.fields.error_estimate,
@@ -171,7 +171,8 @@ def foam_length_mm(board: Board) -> float | None:
     return float((4.0 * board.section.bending_stiffness / stiffness) ** 0.25) / MM
 
 
-def _half_wavelength_mm(board: Board) -> float | None:
+def half_wavelength_mm(board: Board) -> float | None:
+    """Of the endless plate at the drive's frequency; None on foam below whose cut-off it stays."""
     stiffness = board.foundation.total_stiffness if board.foundation else 0.0
     omega = 2.0 * np.pi * board.drive.frequency_hz
     if stiffness >= board.section.areal_mass * omega**2:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from chladni.sim.board.board import Board
 from chladni.sim.coil.bridge import BridgeCircuit
 from chladni.sim.coil.circuit import circuit_of, current_wave
@@ -40,6 +42,11 @@ class SoftWave:
         """Whether the current stops somewhere in a soft wave."""
         return self.least_duty < self.continuous_from_duty
 
+    @property
+    def floor(self) -> float:
+        """A `least_duty` with which it never stops, in hundredths."""
+        return _floor(self.continuous_from_duty)
+
 
 @dataclass(frozen=True)
 class BridgeWave:
@@ -61,6 +68,19 @@ class BridgeWave:
     given_back_duty: float
     level_db_at_tenth: float
     third_harmonic_at_tenth: float
+
+
+def with_floor(board: Board) -> Board:
+    """The board with a `least_duty` with which no diode bends its waves, if it needs one."""
+    circuit = circuit_of(board)
+    if circuit is None or least_duty(board) >= circuit.continuous_from():
+        return board
+    floor = _floor(circuit.continuous_from())
+    return replace(board, electronics=replace(board.electronics, least_duty=floor))
+
+
+def _floor(continuous_from: float) -> float:
+    return float(np.ceil(100.0 * continuous_from) / 100.0)
 
 
 def soft_wave(board: Board) -> SoftWave | BridgeWave | None:

@@ -34,8 +34,7 @@ def say_current(wave: SoftWave | BridgeWave) -> None:
     if isinstance(wave, SoftWave) and wave.is_bent:
         say(
             f"below {wave.continuous_from_duty:.3f} of duty a flyback diode stops the coils' "
-            f"current and bends their sine: set electronics.least_duty to "
-            f"{np.ceil(100.0 * wave.continuous_from_duty) / 100.0:g}"
+            f"current and bends their sine: set electronics.least_duty to {wave.floor:g}"
         )
 
 

@@ -17,11 +17,14 @@ from chladni.host.manufacture.board_parts import foam_of, sheet_of
 
 WORTH, WORTH_OPEN = 60, 200
 """As measured in docs/design.md."""
+ANSWERS = "Answers"
+"""Begins the file of a search that is complete."""
 
 
 def about(found: Design, spec: str, asked: Spec) -> list[str]:
     """What stands on top of the best board's file."""
-    first = f"Answers {Path(spec).name}: the best of {found.evaluations} boards, seed {found.seed}."
+    boards = f"the best of {found.evaluations} boards, seed {found.seed}"
+    first = f"{ANSWERS} {Path(spec).name}: {boards}."
     most = asked.settings.evaluations
     more = [f"({most} were asked for, and a round that has begun is finished.)"]
     less = lacking(found, asked)
@@ -31,6 +34,11 @@ def about(found: Design, spec: str, asked: Spec) -> list[str]:
         *about_entry(found.best),
         *[less] * bool(less),
     ]
+
+
+def is_answer(output: Path) -> bool:
+    """Whether a file is there that a complete search wrote."""
+    return output.exists() and output.read_text("utf-8", "replace").startswith(f"# {ANSWERS} ")
 
 
 def boards_worth(spec: Spec) -> int:
@@ -50,7 +58,7 @@ def extent(found: Design, spec: Spec, samples: int, minutes: float | None, kept:
     if is_ended(found, spec, minutes):
         worth = boards_worth(spec)
         is_long = found.evaluations >= min(worth, asked)
-        gain = "may gain" if is_long else f"gains: scores grow up to some {worth}"
+        gain = "may gain" if is_long else f"gains: scores grow up to some {worth} boards"
         said = f"Time was up after {found.evaluations} of {asked} boards: a longer search {gain}."
         said += f" The same command goes on from {kept}."
     if drawn < samples:

@@ -27,7 +27,14 @@ from chladni.host.cli.common.options import (
 )
 from chladni.host.cli.common.output import answer, check_output, progress_bar, write_figure
 from chladni.host.cli.common.ranges import MOST_SAMPLES, within
-from chladni.host.cli.designing.answers import about, about_entry, extent, is_ended, result
+from chladni.host.cli.designing.answers import (
+    about,
+    about_entry,
+    extent,
+    is_answer,
+    is_ended,
+    result,
+)
 from chladni.host.cli.designing.remarks import (
     is_kept,
     say_first,
@@ -159,10 +166,11 @@ def _written_front(found: Design, front: Path | None, stem: str) -> list[dict[st
 
 
 def written_on_board(output: Path, drawn: int, samples: int) -> OnBoard:
-    """Write each board that is better than all before it."""
+    """Write each board that is better than all before it; over no answer that is complete."""
+    stays = is_answer(output)
 
     def keep(entry: Entry, is_best: bool) -> None:
-        if is_best:
+        if is_best and not stays:
             told = [
                 "The best board so far. Its figures are too good: of many it is the luckiest one",
                 f"by {drawn} random boards. At the end the last few get up to {samples}.",
