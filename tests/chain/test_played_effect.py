@@ -127,6 +127,7 @@ def test_an_envelope_is_met_within_a_decibel(
     table: Table, board: Board, solved: list[SolvedBoard], name: str
 ) -> None:
     found = played(table, board, solved, name)
+    assert found.envelope_error_db is not None
     assert found.envelope_error_db < 1.0
     assert found.isolation_db is not None
     assert found.isolation_db > 30.0

@@ -173,6 +173,7 @@ def test_fingers_with_an_effect_each_have_rested_where_switches_have_a_bias(
     assert touched.bias_um is not None
     assert touched.bias_um < 0.1 * touched.peak_um
     assert 0.0 < touched.first_ms < 5.0
+    assert touched.envelope_error_db is not None
     assert touched.envelope_error_db < 1.0
     assert (bridged.rested, touched.rested) == (False, True)
 

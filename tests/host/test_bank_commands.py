@@ -299,6 +299,18 @@ def test_a_press_on_a_key_is_scored_under_the_finger(chladni: CommandLine, tmp_p
     assert kept["first_ms"] < 2.5
 
 
+def test_noise_of_a_bank_is_compared_with_no_other(chladni: CommandLine, tmp_path: Path) -> None:
+    """A device draws its own: beside the host's its envelope was told 8 dB off."""
+    areas = tmp_path / "n.toml"
+    areas.write_text('[[area]]\nname = "all"\npress = "texture"\n', encoding="utf-8")
+    there = ("--at", "0,0", "--board", "strip5", "--emulator", "--json")
+    assert chladni("play", "--bank", areas, *there).json["envelope_error_db"] is None
+    assert chladni("play", "texture", *there).json["envelope_error_db"] < 1.0
+    both = ("--other", "0,20", "--other-effect", "tick")
+    refused = chladni("play", "--bank", areas, *both, *there)
+    assert "with --bank the finger at --other rests" in refused.err
+
+
 def test_a_bank_of_another_board_is_remarked_on(chladni: CommandLine) -> None:
     strip = ("--at", "0,0", "--board", "strip5", "--emulator")
     told = " ".join(chladni("play", "--bank", "calculator", *strip).err.split())

@@ -63,7 +63,8 @@ def test_without_a_table_it_is_told_what_plays_and_each_of_few_pairs(
     [
         (("click", "--emulator", "--at", "0,0"), "--at does not go with --pairs"),
         (("click", "--emulator", "--figure", "a.png"), "--figure does not go with --pairs"),
-        (("--emulator", "--bank", "slider"), "what to play"),
+        (("--emulator", "--bank", "slider"), "--bank does not go with --pairs"),
+        (("--emulator",), "EFFECT is required: a shipped effect"),
         (("click", "--emulator", "--bank", "slider"), "--bank does not go with --pairs"),
         (("click", "--port", "nowhere"), "--pairs does not go with --port or --udp"),
     ],

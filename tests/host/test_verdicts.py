@@ -21,6 +21,7 @@ from chladni.host.cli.common.output import answer
 from chladni.host.cli.common.table_verdicts import of_responses, of_table
 from chladni.host.cli.common.verdicts import (
     of_board,
+    of_built,
     of_design,
     of_effect,
     of_methods,
@@ -279,6 +280,14 @@ def test_what_a_board_is_made_for_comes_first(strip: Board) -> None:
     rows = score_rows(several, alone, one, two)
     assert list(rows)[:2] == ["two_fingers", "one_finger"]
     assert rows["one_finger"] == {"finger_um": asdict(one)["finger_um"]}
+
+
+def test_what_is_left_as_built_is_in_the_verdict() -> None:
+    """It said that a board focuses which as built gives another finger 2.3 dB more."""
+    told = of_built({"second_finger_20mm_db": {"p10": -2.253}, "finger_um": {"p10": 1.94}})
+    assert "all at once" in told
+    assert told.endswith("that is 2.3 dB more at the worst tenth, and the finger moves by 1.9 µm.")
+    assert of_built({"second_finger_20mm_db": None, "finger_um": None}) == ""
 
 
 def test_a_board_for_several_shows_no_focus_unless_it_is_asked_for(

@@ -6,7 +6,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -14,6 +14,7 @@ from chladni.drives.methods import SEED
 from chladni.drives.objectives import default_objective
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.problem.region_grid import region_grid
+from chladni.drives.scoring.board_score import half_wavelength_mm
 from chladni.drives.scoring.sensitivity import PLACES, sensitivity
 from chladni.drives.scoring.several_fingers.fingers_sensitivity import fingers_sensitivity
 from chladni.drives.scoring.small_amplitude import soft_wave
@@ -79,14 +80,14 @@ def board_show(
     """Show a board and its first ten natural frequencies."""
     loaded = load_board(board)
     model = plate_model(loaded)
-    modes = model.natural_frequencies(10)
-    result = {
+    modes, half = model.natural_frequencies(10), half_wavelength_mm(loaded)
+    result: dict[str, Any] = {
         "name": loaded.name,
         "size_mm": [side / MM for side in loaded.plate.size],
         "sheet": sheet_of(loaded.plate),
         "actuators": actuator_rows(loaded),
         "modes_hz": [round(float(mode), 4) for mode in modes],
-        "wavelength_mm": loaded.wavelength(loaded.drive.frequency_hz) / MM,
+        "wavelength_mm": None if half is None else 2.0 * half,
         "fingerprint": f"{loaded.fingerprint():#018x}",
     }
     if loaded.measured:

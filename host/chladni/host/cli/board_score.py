@@ -46,7 +46,7 @@ from chladni.host.cli.common.output import (
 )
 from chladni.host.cli.common.ranges import PITCHES, within
 from chladni.host.cli.common.terms import of_loudest
-from chladni.host.cli.common.verdicts import of_board
+from chladni.host.cli.common.verdicts import of_board, of_built
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
@@ -118,6 +118,7 @@ def board_score(
         if is_of_several:
             say(f"--built is of drives for one finger; of several: chladni fingers {board} --built")
         result["built"] = _as_built(loaded, pitch, rated, press, samples, seed)
+        result["verdict"] += of_built(result["built"]["together"])
     result["seconds"] = time.perf_counter() - started
     title = f"{loaded.name}: {'two fingers' if is_of_several else 'one finger, and two'}"
     told = result if as_json else of_loudest(_of_purpose(board, loaded, objective, result))

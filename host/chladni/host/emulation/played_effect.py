@@ -14,7 +14,7 @@ from chladni.drives.scoring.as_built import PRESS
 from chladni.effects.bank.areas import level_of
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.bank.unpack import unpack_bank
-from chladni.effects.effect import Effect
+from chladni.effects.effect import Effect, Noise
 from chladni.effects.flatten import flattened
 from chladni.host.emulation._emulator import area_at
 from chladni.host.emulation.emulator import Emulator, Recording
@@ -75,7 +75,8 @@ class PlayedEffect:
     rise_ms
         From the first duty to 90 % of the peak; a switch's bias comes up in it.
     envelope_error_db
-        95th percentile over 200 times at which the effect is within 20 dB of its largest.
+        95th percentile over 200 times at which the effect is within 20 dB of its largest; None
+        of a bank's noise, which the device draws itself: `asked` is another one.
     isolation_db
         Largest RMS over the own disc while the effect plays, over the largest over the other's at
         any time, a switch's bias too, above 40 Hz.
@@ -94,7 +95,7 @@ class PlayedEffect:
     bias_duty: float | None
     first_ms: float
     rise_ms: float
-    envelope_error_db: float
+    envelope_error_db: float | None
     isolation_db: float | None
     rested: bool
 
@@ -205,10 +206,18 @@ def play_effect(
         bias_duty=None if is_bridge else float(recording.duty[stands].max()),
         first_ms=1e3 * (begins + first_s - reported),
         rise_ms=1e3 * (risen - first_s),
-        envelope_error_db=envelope_error_db(asked, own),
+        envelope_error_db=_envelope_error_db(effect, bank, asked, own),
         isolation_db=_isolation_db(rms(disc)[playing], other),
         rested=rests_s > 0.0,
     )
+
+
+def _envelope_error_db(
+    effect: Effect, bank: bytes | None, asked: FloatArray, own: FloatArray
+) -> float | None:
+    if bank is not None and any(isinstance(part, Noise) for part in effect.parts):
+        return None
+    return envelope_error_db(asked, own)
 
 
 def check_can_play(table: Table, board: Board, other_mm: tuple[float, float] | None) -> None:

@@ -57,6 +57,10 @@ def moving_mass_g(board: Board) -> float:
     return sum(part.count * (part.mass_g or 0.0) for part in own)
 
 
+ANNEALED = "annealed AISI 304 or 316, for shim stock that was rolled hard is magnetic"
+"""What a magnet does not hold to."""
+
+
 def sheet_of(plate: Plate) -> str:
     """Of what it is cut, and how large."""
     sides = " × ".join(f"{side / MM:g}" for side in (*plate.size, plate.thickness))
@@ -88,11 +92,12 @@ def _plate(board: Board) -> Part:
     area = _outline_area(plate)
     radii = [hole.radius for hole in board.holes] + [screw.radius for screw in board.screws]
     area -= math.pi * sum(radius**2 for radius in radii)
+    grade = f"; {ANNEALED}" if plate.material == "stainless-steel" else ""
     return Part(
         "plate",
         1,
         sheet_of(plate),
-        f"{len(radii)} round holes" if radii else "no holes",
+        (f"{len(radii)} round holes" if radii else "no holes") + grade,
         mass_g=plate.areal_mass * area / 1e-3,
     )
 

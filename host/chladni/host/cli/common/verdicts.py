@@ -97,6 +97,18 @@ def _level(um: float, frequency_hz: float, words: str) -> str:
     )
 
 
+def of_built(together: dict[str, Any]) -> str:
+    """What is left as the board is built and used, all at once; after the board's own verdict."""
+    away, moved = together["second_finger_20mm_db"], together["finger_um"]
+    if away is None:
+        return ""
+    level = f", and the finger moves by {moved['p10']:.2g} µm" if moved else ""
+    return (
+        " As it is built and used, all at once (film, a finger that presses, warm, stiffer foam, "
+        f"tolerances), that is {less_of(away['p10'])} at the worst tenth{level}."
+    )
+
+
 def of_board(
     score: BoardScore,
     two: CountScore | None,

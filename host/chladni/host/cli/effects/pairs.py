@@ -13,7 +13,7 @@ from chladni.drives.methods import SEED
 from chladni.drives.scoring.several_fingers.finger_sets import finger_sets
 from chladni.drives.scoring.spread import Spread
 from chladni.effects.effect import Effect
-from chladni.host.cli.common.options import check_one_of
+from chladni.host.cli.common.options import required
 from chladni.host.cli.common.output import progress_bar
 from chladni.host.cli.device.connection import Connection
 from chladni.host.cli.effects.setup import Setup
@@ -28,9 +28,10 @@ FEW_PAIRS = 10
 
 def check_pairs(connection: Connection, effect: str | None, given: Sequence[str]) -> None:
     """Refuse what is of one pair, and what does not score."""
-    check_one_of("what to play", EFFECT=effect is not None)
     if connection.emulated_bank is not None:
         given = [*given, "--bank"]
+    if not given:
+        required("EFFECT", effect, "a shipped effect (`chladni effects list`) or a file, to play")
     if given:
         raise ConflictError(given[0], "--pairs", hint="it is for one pair: --at and --other")
     if not connection.emulator:

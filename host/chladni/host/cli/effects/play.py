@@ -171,7 +171,10 @@ def _check_other_effect(connection: Connection, places: list[Place]) -> None:
     if len(places) == 1:
         raise MissingError("--other", "X,Y, where the finger of --other-effect presses, mm")
     if connection.emulated_bank is not None:
-        hint = "a bank's areas say what each finger plays"
+        hint = (
+            "with --bank the finger at --other rests; for both effects at once give EFFECT and "
+            "--other-effect without it"
+        )
         raise ConflictError("--other-effect", "--bank", hint=hint)
 
 
