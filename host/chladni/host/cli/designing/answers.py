@@ -14,6 +14,9 @@ from chladni.effects.low_pass import EDGE_HZ
 from chladni.host.cli.common.finger_remarks import of_waves
 from chladni.host.cli.common.verdicts import of_design
 from chladni.host.manufacture.board_parts import foam_of, sheet_of
+from chladni.sim.board.file import MOST_BYTES
+from chladni.sim.errors import InputError
+from chladni.sim.files import read_whole
 
 WORTH, WORTH_OPEN = 60, 200
 """As measured in docs/design.md."""
@@ -38,7 +41,10 @@ def about(found: Design, spec: str, asked: Spec) -> list[str]:
 
 def is_answer(output: Path) -> bool:
     """Whether a file is there that a complete search wrote."""
-    return output.exists() and output.read_text("utf-8", "replace").startswith(f"# {ANSWERS} ")
+    try:
+        return read_whole(output, "--output", MOST_BYTES).startswith(f"# {ANSWERS} ".encode())
+    except InputError:
+        return False  # none, or no board's
 
 
 def boards_worth(spec: Spec) -> int:
