@@ -286,7 +286,7 @@ def test_what_is_left_as_built_is_in_the_verdict() -> None:
     """It said that a board focuses which as built gives another finger 2.3 dB more."""
     told = of_built({"second_finger_20mm_db": {"p10": -2.253}, "finger_um": {"p10": 1.94}})
     assert "all at once" in told
-    assert told.endswith("that is 2.3 dB more at the worst tenth, and the finger moves by 1.9 µm.")
+    assert told.endswith("gets 2.3 dB more at the worst tenth, and the finger moves by 1.9 µm.")
     assert of_built({"second_finger_20mm_db": None, "finger_um": None}) == ""
 
 

@@ -118,7 +118,8 @@ def board_score(
         if is_of_several:
             say(f"--built is of drives for one finger; of several: chladni fingers {board} --built")
         result["built"] = _as_built(loaded, pitch, rated, press, samples, seed)
-        result["verdict"] += of_built(result["built"]["together"])
+        if not is_of_several:
+            result["verdict"] += of_built(result["built"]["together"])
     result["seconds"] = time.perf_counter() - started
     title = f"{loaded.name}: {'two fingers' if is_of_several else 'one finger, and two'}"
     told = result if as_json else of_loudest(_of_purpose(board, loaded, objective, result))

@@ -98,14 +98,15 @@ def _level(um: float, frequency_hz: float, words: str) -> str:
 
 
 def of_built(together: dict[str, Any]) -> str:
-    """What is left as the board is built and used, all at once; after the board's own verdict."""
+    """What is left of a focus as the board is built and used, after its own verdict."""
     away, moved = together["second_finger_20mm_db"], together["finger_um"]
     if away is None:
         return ""
     level = f", and the finger moves by {moved['p10']:.2g} µm" if moved else ""
     return (
         " As it is built and used, all at once (film, a finger that presses, warm, stiffer foam, "
-        f"tolerances), that is {less_of(away['p10'])} at the worst tenth{level}."
+        f"tolerances), another finger 20 mm away gets {less_of(away['p10'])} at the worst "
+        f"tenth{level}."
     )
 
 
