@@ -26,8 +26,8 @@ from chladni.tables.table import ResponsesSection, Table, limits_of
 LADDER = (8e-3, 7e-3, 6e-3, 5e-3, 4e-3, 3e-3, 2.5e-3, 2e-3)
 """m. A fingertip's ring of points is 10 mm wide, so coarser ones tell none of them apart."""
 WIDTHS = tuple(width for width in BITS if width >= 12)
-"""Of which one is chosen. Eight bits may keep the isolation of tones within its limit, on points that
-are closer, and take a fifth of a click's micrometres: 18.6 on `strip5`, 22.7 with twelve."""
+"""Of which one is chosen. Eight bits on closer points may keep the isolation of tones within its
+limit, and take a fifth of a click's micrometres: 18.6 on `strip5`, 22.7 with twelve."""
 
 
 @dataclass(frozen=True)
