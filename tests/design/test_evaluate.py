@@ -55,6 +55,9 @@ def test_a_board_gets_the_floor_that_its_diodes_need() -> None:
     assert needs.continuous_from_duty <= floor < needs.continuous_from_duty + 0.01
     bent = known | {"electronics": told | {"least_duty": 0.01}}
     assert completed_board(bent, COARSE).electronics.least_duty == 0.01
+    none = {"resistance_ohm": 15.0, "inductance_mh": 0.0, "force_factor_n_per_a": 1.0}
+    hopeless = {key: own for key, own in plain.items() if key != "winding"} | {"coil": none}
+    assert completed_board(hopeless, COARSE).electronics.least_duty == 0.0
     wave = soft_wave(completed_board(plain, COARSE))
     assert isinstance(wave, SoftWave)
     assert not wave.is_bent

@@ -25,6 +25,8 @@ ONLY_OF: dict[str, tuple[DriverKind, str]] = {
     "bridge_ohm": ("bridge", "a switch counts as without resistance"),
 }
 """Keys that mean nothing with the other kind of driver, and why."""
+MOST_LEAST_DUTY = 0.5
+"""Above the middle of all duties nothing swings."""
 PanelPlace = Literal["", "on", "in", "beside"]
 PANEL_SIDES = ("top", "under")
 Area = tuple[tuple[float, float], tuple[float, float]]
@@ -71,7 +73,7 @@ class Electronics:
     coil_heating_s: float = quantity("coil_heating_s", 1.0, 0.1, 3600.0, default=30.0)
     coil_limit_k: float = quantity("coil_limit_k", 1.0, 1.0, 300.0, default=60.0)
     diode_v: float = quantity("diode_v", 1.0, 0.0, 5.0, default=0.25)
-    least_duty: float = quantity("least_duty", 1.0, 0.0, 0.5, default=0.0)
+    least_duty: float = quantity("least_duty", 1.0, 0.0, MOST_LEAST_DUTY, default=0.0)
     chip: ChipName = "esp32"
     drive: DriverKind = "switch"
     sign_pins: tuple[int, ...] = quantity(

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from chladni.sim.board.board import Board
+from chladni.sim.board.electronics import MOST_LEAST_DUTY
 from chladni.sim.coil.bridge import BridgeCircuit
 from chladni.sim.coil.circuit import circuit_of, current_wave
 from chladni.sim.coil.full_drive import least_duty
@@ -71,11 +72,15 @@ class BridgeWave:
 
 
 def with_floor(board: Board) -> Board:
-    """The board with a `least_duty` with which no diode bends its waves, if it needs one."""
+    """The board with a `least_duty` with which no diode bends its waves, if it needs one.
+
+    The current of a coil without inductance stops in every period, and no floor helps.
+    """
     circuit = circuit_of(board)
-    if circuit is None or least_duty(board) >= circuit.continuous_from():
+    needed = 0.0 if circuit is None else circuit.continuous_from()
+    floor = _floor(needed)
+    if least_duty(board) >= needed or floor > MOST_LEAST_DUTY:
         return board
-    floor = _floor(circuit.continuous_from())
     return replace(board, electronics=replace(board.electronics, least_duty=floor))
 
 
