@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from chladni.drives.scoring.as_built import KeptFocus
 from chladni.drives.scoring.board_score import score_board, usual_pitch
 from chladni.drives.scoring.remedies import Remedy, tried_remedies
 from chladni.drives.scoring.several_fingers.fingers_as_built import on_stiffer_foam
@@ -284,10 +285,10 @@ def test_what_a_board_is_made_for_comes_first(strip: Board) -> None:
 
 def test_what_is_left_as_built_is_in_the_verdict() -> None:
     """It said that a board focuses which as built gives another finger 2.3 dB more."""
-    told = of_built({"second_finger_20mm_db": {"p10": -2.253}, "finger_um": {"p10": 1.94}})
+    told = of_built(KeptFocus(Spread(1.0, -2.253, 4.0), Spread(3.0, 1.94, 5.0)))
     assert "all at once" in told
     assert told.endswith("gets 2.3 dB more at the worst tenth, and the finger moves by 1.9 µm.")
-    assert of_built({"second_finger_20mm_db": None, "finger_um": None}) == ""
+    assert of_built(KeptFocus(None, None)) == ""
 
 
 def test_a_board_for_several_shows_no_focus_unless_it_is_asked_for(

@@ -113,9 +113,10 @@ def fit_sound(board: Board, heard: HeardCoils, progress: Report | None = None) -
         The board sounds like none that may come out.
     """
     found, refused = [], []
+    solved: dict[bytes, ComplexArray] = {}  # plates are the same, whoever's turn it was
     for one in turns_of(heard):
         try:
-            found.append(_sounds_like(board, one, progress))
+            found.append(_sounds_like(board, one, solved, progress))
         except InputError as error:
             refused.append(error)
     if not found:
@@ -132,10 +133,12 @@ def turns_of(heard: HeardCoils) -> list[HeardCoils]:
     return [heard, *later]
 
 
-def _sounds_like(board: Board, heard: HeardCoils, progress: Report | None) -> Heard:
+def _sounds_like(
+    board: Board, heard: HeardCoils, solved: dict[bytes, ComplexArray], progress: Report | None
+) -> Heard:
     unknowns = unknowns_of(board)
     with one_blas_thread():
-        search = _Search(unknowns, heard, progress)
+        search = _Search(unknowns, heard, solved, progress)
         scales = search.solve()
         parameters = search.parameters(scales)
         found = search.compared(scales)
@@ -171,12 +174,18 @@ class _Compared:
 
 
 class _Search:
-    def __init__(self, unknowns: Unknowns, heard: HeardCoils, progress: Report | None) -> None:
+    def __init__(
+        self,
+        unknowns: Unknowns,
+        heard: HeardCoils,
+        solved: dict[bytes, ComplexArray],
+        progress: Report | None,
+    ) -> None:
         self._unknowns, self._heard, self._progress = unknowns, heard, progress
         self._hz = sweep_frequencies()
         self._count = len(unknowns.scales)
         self._spread = unknowns.spread[: self._count]
-        self._solved: dict[bytes, ComplexArray] = {}
+        self._solved = solved
         power = np.mean(np.abs(heard.values) ** 2, axis=0)
         self._sizes = np.sqrt(ERROR**2 * power + heard.noise)
 

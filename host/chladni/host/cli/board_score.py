@@ -11,7 +11,13 @@ import typer
 
 from chladni.drives.methods import SEED
 from chladni.drives.objectives import default_objective
-from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS, score_as_built
+from chladni.drives.scoring.as_built import (
+    LEAST_PRESS,
+    MOST_PRESS,
+    PRESS,
+    AsBuilt,
+    score_as_built,
+)
 from chladni.drives.scoring.board_score import PITCH, BoardScore, score_board
 from chladni.drives.scoring.remedies import Remedy, tried_remedies
 from chladni.drives.scoring.several_fingers.fingers_as_built import on_stiffer_foam
@@ -117,9 +123,10 @@ def board_score(
     if built:
         if is_of_several:
             say(f"--built is of drives for one finger; of several: chladni fingers {board} --built")
-        result["built"] = _as_built(loaded, pitch, rated, press, samples, seed)
+        found = _as_built(loaded, pitch, rated, press, samples, seed)
+        result["built"] = asdict(found)
         if not is_of_several:
-            result["verdict"] += of_built(result["built"]["together"])
+            result["verdict"] += of_built(found.together)
     result["seconds"] = time.perf_counter() - started
     title = f"{loaded.name}: {'two fingers' if is_of_several else 'one finger, and two'}"
     told = result if as_json else of_loudest(_of_purpose(board, loaded, objective, result))
@@ -128,7 +135,7 @@ def board_score(
 
 def _as_built(
     board: Board, pitch: float | None, rated: str, newtons: float, samples: int, seed: int
-) -> dict[str, Any]:
+) -> AsBuilt:
     with progress_bar("steps") as progress:
         found = score_as_built(
             board,
@@ -140,7 +147,7 @@ def _as_built(
             progress=progress,
         )
     say_warm_magnets(found)
-    return asdict(found)
+    return found
 
 
 def _draw(

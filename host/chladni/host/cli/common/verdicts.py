@@ -16,6 +16,7 @@ from chladni.sim.image.finger import NOTICED_DB, sensation_db
 from chladni.sim.image.metrics import FLOOR_DB, SECOND_FINGER_DISTANCE, decibel
 
 if TYPE_CHECKING:
+    from chladni.drives.scoring.as_built import KeptFocus
     from chladni.host.emulation.played_effect import PlayedEffect
 
 WIDE_MM = 14.0
@@ -97,15 +98,15 @@ def _level(um: float, frequency_hz: float, words: str) -> str:
     )
 
 
-def of_built(together: dict[str, Any]) -> str:
+def of_built(together: KeptFocus) -> str:
     """What is left of a focus as the board is built and used, after its own verdict."""
-    away, moved = together["second_finger_20mm_db"], together["finger_um"]
+    away, moved = together.second_finger_20mm_db, together.finger_um
     if away is None:
         return ""
-    level = f", and the finger moves by {moved['p10']:.2g} µm" if moved else ""
+    level = f", and the finger moves by {moved.p10:.2g} µm" if moved else ""
     return (
         " As it is built and used, all at once (film, a finger that presses, warm, stiffer foam, "
-        f"tolerances), another finger 20 mm away gets {less_of(away['p10'])} at the worst "
+        f"tolerances), another finger 20 mm away gets {less_of(away.p10)} at the worst "
         f"tenth{level}."
     )
 

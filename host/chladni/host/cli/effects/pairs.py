@@ -30,10 +30,9 @@ def check_pairs(connection: Connection, effect: str | None, given: Sequence[str]
     """Refuse what is of one pair, and what does not score."""
     if connection.emulated_bank is not None:
         given = [*given, "--bank"]
-    if not given:
-        required("EFFECT", effect, "a shipped effect (`chladni effects list`) or a file, to play")
     if given:
         raise ConflictError(given[0], "--pairs", hint="it is for one pair: --at and --other")
+    required("EFFECT", effect, "a shipped effect (`chladni effects list`) or a file, to play")
     if not connection.emulator:
         raise ConflictError(
             "--pairs", "--port or --udp", hint="only emulated pins are scored: --emulator"
