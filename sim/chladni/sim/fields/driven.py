@@ -26,6 +26,7 @@ from chladni.sim.fields.magnetic_coupling import (
 from chladni.sim.fields.transfer import (
     TOLERANCE,
     TransferFields,
+    actuator_loads,
     fields_of_loads,
     transfer_fields,
 )
@@ -62,25 +63,42 @@ def driven_fields(
 def _driven(
     board: Board, tolerance: float, model: PlateModel, *, allow_unmet: bool
 ) -> TransferFields:
-    bare = transfer_fields(board, tolerance=tolerance, model=model, allow_unmet=allow_unmet)
-    coupling, back_emf = magnetic_coupling(board), back_emf_coupling(board, bare)
-    is_still = np.linalg.norm(back_emf, 2) <= tolerance
-    if is_still and (coupling is None or coupling.largest(board) <= tolerance):
-        return bare
-    if coupling is None:
-        return answered(board, bare, None, None)
-    couples = unit_couples(board, bare, model, tolerance, allow_unmet=allow_unmet)
+    coupling = magnetic_coupling(board)
+    if coupling is None or coupling.largest(board) <= tolerance:
+        bare = transfer_fields(board, tolerance=tolerance, model=model, allow_unmet=allow_unmet)
+        if np.linalg.norm(back_emf_coupling(board, bare), 2) <= tolerance:
+            return bare
+        if coupling is None:
+            return answered(board, bare, None, None)
+    bare, couples = forces_and_couples(board, model, tolerance, allow_unmet=allow_unmet)
     return answered(board, bare, coupling, couples)
 
 
-def unit_couples(
-    board: Board, bare: TransferFields, model: PlateModel, tolerance: float, *, allow_unmet: bool
-) -> ComplexArray:
-    """Fields of unit couples on all magnets, (magnets, 2, nx, ny); `bare` are those of forces."""
-    arms = fields_of_loads(
-        board, couple_loads(board), model=model, tolerance=tolerance, allow_unmet=allow_unmet
+def forces_and_couples(
+    board: Board, model: PlateModel, tolerance: float, *, allow_unmet: bool
+) -> tuple[TransferFields, ComplexArray]:
+    """Fields of a unit force and of unit couples on each magnet, (magnets, 2, nx, ny).
+
+    Of one solution: factors that have been read for one load are read for all.
+    """
+    loads, count = actuator_loads(board), len(board.actuators)
+    found = fields_of_loads(
+        board,
+        [*loads, *couple_loads(board)],
+        model=model,
+        tolerance=tolerance,
+        allow_unmet=allow_unmet,
     )
-    return couple_fields(board, np.asarray(bare.values, np.complex128), arms.values)
+    bare = TransferFields(
+        board.x,
+        board.y,
+        found.values[:count],
+        found.frequency_hz,
+        found.modes_used,
+        found.error_estimate,
+        tolerance,
+    )
+    return bare, couple_fields(board, found.values[:count], found.values[count:])
 
 
 def answered(

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from chladni.sim.board.board import Board
 from chladni.sim.fields.board_plate import plate_model
-from chladni.sim.fields.driven import answered, moved_coils, unit_couples
+from chladni.sim.fields.driven import answered, forces_and_couples, moved_coils
 from chladni.sim.fields.magnetic_coupling import ARM, MagneticCoupling, magnetic_coupling
 from chladni.sim.fields.transfer import TOLERANCE, TransferFields, transfer_fields
 from chladni.sim.magnetics.coil_coupling import mutual_inductance
@@ -64,12 +64,12 @@ def open_coils(
     """
     board = replace(board, drive=replace(board.drive, frequency_hz=frequency_hz))
     model = model or plate_model(board)
-    bare = transfer_fields(board, tolerance=tolerance, model=model, allow_unmet=True)
     coupling = magnetic_coupling(board)
     if coupling is None:
+        bare = transfer_fields(board, tolerance=tolerance, model=model, allow_unmet=True)
         values = np.asarray(bare.values)
         return OpenCoils(bare, moved_coils(board, values), None)
-    couples = unit_couples(board, bare, model, tolerance, allow_unmet=True)
+    bare, couples = forces_and_couples(board, model, tolerance, allow_unmet=True)
     fields = answered(board, bare, coupling, couples, are_open=True)
     return OpenCoils(fields, _felt(board, fields.values, coupling), coupling)
 

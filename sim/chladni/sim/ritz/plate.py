@@ -162,17 +162,31 @@ class RitzPlate(PlateModel):
         large. The best solution counts, should larger ones be no better.
         """
         waves = wave_number(self.geometry, asked.omega)
-        key = (waves, asked.tolerance)
-        first = first_level(self.geometry, asked.tolerance)
-        best = self._find(asked, waves, self._sufficed.get(key, (first, first)))
+        best = self._find(asked, waves, self._first_levels(waves, asked.tolerance))
         while best.estimate.error > asked.tolerance and not self._resolution:
             before, best = best, self._grown(asked, waves, best)
             if best.estimate.error >= WORTHWHILE * before.estimate.error:
                 break
         # The actuators' fields come first: other loads begin at their level.
-        self._sufficed.setdefault(key, best.levels)
+        self._sufficed.setdefault((waves, asked.tolerance), best.levels)
         image = best.solver.image(best.case, best.solution, self.loss_factor, asked.x, asked.y)
         return best.solver.basis.size, image, best.estimate.error
+
+    def _first_levels(self, waves: float, tolerance: float) -> Levels:
+        """Those that sufficed there, or the most that it took for longer waves.
+
+        Of many frequencies, asked in order, each would try too small a basis again otherwise.
+        """
+        if (waves, tolerance) in self._sufficed:
+            return self._sufficed[waves, tolerance]
+        first = first_level(self.geometry, tolerance)
+        longer = [
+            levels
+            for (own, asked), levels in self._sufficed.items()
+            if asked == tolerance and own <= waves
+        ]
+        level, orders = np.max([(first, first), *longer], axis=0).tolist()
+        return level, orders
 
     def _grown(self, asked: Excitation, waves: float, first: _Found) -> _Found:
         """The first solution in a larger basis that is any better; the same one if none is."""
