@@ -27,7 +27,7 @@ from chladni.calibration.sweep import heard_coils
 from chladni.host.device.device import Device
 from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.sensed_plate import emulator_on
-from chladni.host.emulation.shaken_plate import Sensor, stand
+from chladni.host.emulation.shaken_plate import Sensor, ShakenPlate
 from chladni.host.measuring.accelerometer import read_motions
 from chladni.host.measuring.coil_readings import read_coils
 from chladni.sim.board.board import Board
@@ -56,10 +56,11 @@ def calibrated(name: str, seed: int, way: str) -> dict[str, Any]:
 def _shaken(board: Board, hidden: HiddenPlate) -> Board:
     """With a sensor on each coil."""
     emulator = emulator_on(board, hidden, listens=False)
+    standing = ShakenPlate(hidden, Sensor(SENSOR_KG), [own.at for own in board.actuators])
     parts = []
     with Device(EmulatorWire(emulator)) as device:
-        for own in board.actuators:
-            stand(emulator, hidden, Sensor(own.at, SENSOR_KG))
+        for number, own in enumerate(board.actuators):
+            standing.stand(emulator, number)
             parts.append(read_motions(device, board, own.at, SENSOR_KG))
     return fit_fields(board, joined(parts)).board
 

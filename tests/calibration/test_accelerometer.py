@@ -23,7 +23,7 @@ from chladni.host.device.wires.link import LinkError
 from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, TouchEvent
 from chladni.host.emulation.sensed_plate import PERIODS, emulator_on
-from chladni.host.emulation.shaken_plate import Sensor, SensorModel, stand
+from chladni.host.emulation.shaken_plate import Sensor, SensorModel, ShakenPlate
 from chladni.host.measuring.accelerometer import read_motions
 from chladni.host.measuring.coil_readings import ReadingError
 from chladni.sim.board.board import Board
@@ -52,7 +52,7 @@ def device_on(
     board: Board, hidden: HiddenPlate, model: SensorModel = "LIS2DW12", kg: float = KG
 ) -> tuple[Device, Emulator]:
     emulator = emulator_on(board, hidden, listens=False)
-    stand(emulator, hidden, Sensor(AT, kg, model))
+    ShakenPlate(hidden, Sensor(kg, model), [AT]).stand(emulator, 0)
     return Device(EmulatorWire(emulator)), emulator
 
 
@@ -161,9 +161,10 @@ def test_a_board_is_found_by_an_accelerometer_at_two_places(board: Board) -> Non
     """With a reversed coil; its level within 1 dB where the sensor did not stand."""
     hidden = hidden_plate(board, SEED)
     device, emulator = device_on(board, hidden)
-    parts = []
-    for place in (AT, OTHER):
-        stand(emulator, hidden, Sensor(place, KG))
+    places, parts = (AT, OTHER), []
+    standing = ShakenPlate(hidden, Sensor(KG), places)
+    for number, place in enumerate(places):
+        standing.stand(emulator, number)
         parts.append(read_motions(device, board, place, KG))
     found = fit_fields(board, joined(parts))
     assert found.wiring.signs.tolist() == np.sign(hidden.strengths).tolist()

@@ -24,7 +24,7 @@ from chladni.host.device.device import Device
 from chladni.host.device.wires.virtual_port import VirtualPort
 from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.sensed_plate import emulator_on
-from chladni.host.emulation.shaken_plate import Sensor, stand
+from chladni.host.emulation.shaken_plate import Sensor, ShakenPlate
 from chladni.host.measuring.accelerometer import read_motions
 from chladni.sim.board.file import load_board
 from chladni.sim.board.fingers import Focus
@@ -159,10 +159,11 @@ def test_an_accelerometer_finds_it_too(chladni: CommandLine, drawn: Path, tmp_pa
     board, kept = small_board(), tmp_path / "kept.csv"
     hidden = hidden_plate(board, SEED)
     emulator = emulator_on(board, hidden, listens=False)
-    before = []
+    before, places = [], [own.at for own in board.actuators]
+    standing = ShakenPlate(hidden, Sensor(1.5e-3), places)
     with Device(EmulatorWire(emulator)) as device:
-        for own in board.actuators[1:]:
-            stand(emulator, hidden, Sensor(own.at, 1.5e-3))
+        for number, own in enumerate(board.actuators[1:], 1):
+            standing.stand(emulator, number)
             before.append(read_motions(device, board, own.at, 1.5e-3))
     kept.write_bytes(fields_csv(joined(before)))
     done = chladni(

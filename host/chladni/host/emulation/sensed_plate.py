@@ -69,7 +69,8 @@ def emulator_on(
 ) -> Emulator:
     """A device with the drawn board's configuration, on the hidden plate.
 
-    A board without a sensing pin is given one, if its coils are to listen.
+    A board without a sensing pin is given one, if its coils are to listen; what they would hear is
+    left out, if they are not.
 
     Raises
     ------
@@ -80,12 +81,12 @@ def emulator_on(
     """
     settings = sensing_settings(board) if listens else {}
     emulator = Emulator(board, None, must_play=False, **settings)
-    lay_on(emulator, hidden, seed)
+    lay_on(emulator, hidden, seed, listens=listens)
     return emulator
 
 
-def lay_on(emulator: Emulator, hidden: HiddenPlate, seed: int = 0) -> None:
-    """Let an emulated device's coils be those of a hidden plate.
+def lay_on(emulator: Emulator, hidden: HiddenPlate, seed: int = 0, *, listens: bool = True) -> None:
+    """Let an emulated device's coils be those of a hidden plate, or deaf ones.
 
     Raises
     ------
@@ -93,7 +94,7 @@ def lay_on(emulator: Emulator, hidden: HiddenPlate, seed: int = 0) -> None:
         The board has no `[coil]`.
     """
     rng = np.random.default_rng((hidden.seed, seed, 45))
-    responses = coil_responses(hidden, rng)
+    responses = coil_responses(hidden, rng) if listens else _silence(hidden)
     emulator.core.set_coil_responses(
         np.ascontiguousarray(responses, np.float32),
         carrier=carrier_residues(hidden, rng.uniform()),
@@ -155,6 +156,12 @@ def coil_responses(hidden: HiddenPlate, rng: np.random.Generator) -> FloatArray:
     # A duty is held for as many conversions as there are to a sample.
     whole = sum(np.roll(found, k, axis=-1) for k in range(CONVERSIONS))
     return np.moveaxis(np.reshape(whole, (*found.shape[:-1], -1, CONVERSIONS)), -1, -2)
+
+
+def _silence(hidden: HiddenPlate) -> FloatArray:
+    """Of the shape of `coil_responses`, without a solved plate."""
+    count = len(hidden.board.actuators)
+    return np.zeros((count + 1, count, CONVERSIONS, PERIODS * BASE_SAMPLES))
 
 
 def carrier_residues(hidden: HiddenPlate, since: float) -> ComplexArray:

@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.constants import g as standard_g
 
 from chladni.calibration.device_readings import coil_impedance, duty_volts
@@ -40,61 +40,70 @@ class Sensor:
 
     Attributes
     ----------
-    at
-        m, from the board's centre.
     kg
         Its mass, cable's share and glue included.
     model
         Which part it is.
     """
 
-    at: tuple[float, float]
     kg: float
     model: SensorModel = "LIS2DW12"
 
 
-def stand(emulator: Emulator, hidden: HiddenPlate, sensor: Sensor, seed: int = 0) -> None:
-    """Put an accelerometer on an emulated device's plate; one that stood there is taken off.
+class ShakenPlate:
+    """A hidden plate with an accelerometer, which stands at one of some places at a time.
 
-    The device is one of `emulator_on`.
+    Parameters
+    ----------
+    places
+        m, from the board's centre, (places, 2). The plate is solved for all of them at once.
 
     Raises
     ------
     MissingError
         The board has no `[coil]`.
     """
-    # The same part wherever it stands.
-    rng = np.random.default_rng((hidden.seed, seed, 46))
-    off = 1.0 + np.array([CLOCK_ERROR, GAIN_ERROR]) * rng.uniform(-1.0, 1.0, 2)
-    order = int(rng.integers(*ORDERS))
-    emulator.core.set_accelerometer(
-        sensor.model,
-        np.ascontiguousarray(off[1] * _responses(hidden, sensor, order), np.float32),
-        address=ADDRESSES[sensor.model],
-        clock_hz=CLOCK_HZ * off[0],
-        noise_g=NOISE_G[sensor.model],
-        steady_g=1.0 + OFFSET_G * rng.uniform(-1.0, 1.0),
-        seed=int(rng.integers(1, 2**31)),
-    )
+
+    def __init__(
+        self, hidden: HiddenPlate, sensor: Sensor, places: ArrayLike, seed: int = 0
+    ) -> None:
+        self._sensor = sensor
+        # The same part wherever it stands.
+        rng = np.random.default_rng((hidden.seed, seed, 46))
+        off = 1.0 + np.array([CLOCK_ERROR, GAIN_ERROR]) * rng.uniform(-1.0, 1.0, 2)
+        stands = np.asarray(places, np.float64)
+        responses = _responses(hidden, sensor.kg, stands, order=int(rng.integers(*ORDERS)))
+        self._responses = np.ascontiguousarray(off[1] * responses, np.float32)
+        self._clock_hz = CLOCK_HZ * float(off[0])
+        self._steady_g = 1.0 + OFFSET_G * rng.uniform(-1.0, 1.0)
+        self._seed = int(rng.integers(1, 2**31))
+
+    def stand(self, emulator: Emulator, place: int) -> None:
+        """Put it on the plate of a device of `emulator_on`; where it stood it is taken off."""
+        emulator.core.set_accelerometer(
+            self._sensor.model,
+            self._responses[place],
+            address=ADDRESSES[self._sensor.model],
+            clock_hz=self._clock_hz,
+            noise_g=NOISE_G[self._sensor.model],
+            steady_g=self._steady_g,
+            seed=self._seed,
+        )
 
 
-def _responses(hidden: HiddenPlate, sensor: Sensor, order: int) -> FloatArray:
-    """In g for a duty of 1, the newest first, (playing, duties)."""
+def _responses(hidden: HiddenPlate, kg: float, places: FloatArray, *, order: int) -> FloatArray:
+    """In g for a duty of 1, the newest first, (places, playing, duties)."""
     board = hidden.board
     coil = board.known_coil
-    place = np.array([sensor.at])
     solved = np.array([own * UNIT_HZ for own in MULTIPLES])
-    fields = FieldsAtPlaces(board, solved, sensor.kg, place)
+    fields = FieldsAtPlaces(board, solved, kg, places)
     count = len(board.actuators)
-    compliance = np.array(
-        [
-            fields.at(row, np.arange(count), np.repeat(place, count, axis=0))
-            for row in range(solved.size)
-        ]
-    )
+    coils, stands = np.tile(np.arange(count), len(places)), np.repeat(places, count, axis=0)
+    compliance = np.array([fields.at(row, coils, stands) for row in range(solved.size)])
     length = PERIODS * BASE_SAMPLES
     hz = np.asarray(np.fft.rfftfreq(length, 1.0 / SAMPLE_HZ), np.float64)
-    moved = compliance_between(hz, MULTIPLES, compliance, RESONANCES_HZ)
+    between = compliance.reshape(solved.size, len(places), count)
+    moved = compliance_between(hz, MULTIPLES, between, RESONANCES_HZ)
     newtons = coil.force_factor * duty_volts(board) / coil_impedance(board, hz)
     poles = scipy.signal.butter(order, 2.0 * np.pi * CUT_OFF_HZ, analog=True)
     _, passed = scipy.signal.freqs(*poles, worN=2.0 * np.pi * hz)

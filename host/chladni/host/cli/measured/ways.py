@@ -27,7 +27,7 @@ from chladni.host.device.checks.readiness import COIL_HOT, check_ready, what_sta
 from chladni.host.device.device import Device
 from chladni.host.device.wires.wire import EmulatorWire, Wire
 from chladni.host.emulation.sensed_plate import emulator_on
-from chladni.host.emulation.shaken_plate import Sensor, stand
+from chladni.host.emulation.shaken_plate import Sensor, ShakenPlate
 from chladni.host.measuring.accelerometer import read_motions
 from chladni.host.measuring.coil_readings import read_coils
 from chladni.sim.board.board import Board
@@ -109,17 +109,20 @@ def shaken(
     """
     emulator = None if plate is None else emulator_on(drawn, plate, listens=False)
     wire = EmulatorWire(emulator) if emulator is not None else _wire(connection)
+    standing = None
+    if plate is not None:
+        standing = ShakenPlate(plate, Sensor(kilograms), 1e-3 * np.array(places))
     found = _read_before(drawn, kept, kilograms)
     with Device(wire) as device:
         _wait_for_coils(device)
         begun = wire.now_s()
-        for x_mm, y_mm in places:
+        for number, (x_mm, y_mm) in enumerate(places):
             at = (1e-3 * x_mm, 1e-3 * y_mm)
             if any(np.hypot(*(own.places - at).T).min() < SAME_M for own in found):
                 say(f"{x_mm:g}, {y_mm:g} mm is in {kept} already")
                 continue
-            if emulator is not None and plate is not None:
-                stand(emulator, plate, Sensor(at, kilograms))
+            if emulator is not None and standing is not None:
+                standing.stand(emulator, number)
             else:
                 text = f"Stand the accelerometer at {x_mm:g}, {y_mm:g} mm, and press Enter"
                 typer.prompt(text, default="", show_default=False, err=True)
