@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from chladni.calibration.coils_known import with_coils_known
 from chladni.calibration.fit import HELD_BY, TOLD_APART, Parameter
 from chladni.calibration.hidden import FORCE
-from chladni.calibration.sweep import HeardCoils, sweep_frequencies
+from chladni.calibration.sweep import DAMPING, HeardCoils, sweep_frequencies
 from chladni.calibration.unknowns import UNIFORM, Unknowns, unknowns_of
 from chladni.calibration.wiring import Wiring
 from chladni.drives.problem.threads import one_blas_thread
@@ -81,8 +81,14 @@ class Heard:
     left: float
 
 
-def sound(board: Board, hz: FloatArray) -> ComplexArray:
+def sound(board: Board, hz: FloatArray, *, damping: float = 0.0) -> ComplexArray:
     """What a microphone far off hears of a volt at each coil, any unit, (coils, frequencies).
+
+    Parameters
+    ----------
+    damping
+        Ratio by which all is to die away sooner. It is a loss factor of twice that of all that
+        gives way, but for its square.
 
     Raises
     ------
@@ -90,7 +96,7 @@ def sound(board: Board, hz: FloatArray) -> ComplexArray:
         The board has no `[coil]`.
     """
     coil = board.known_coil
-    model = plate_model(board)
+    model = plate_model(board, more_loss=2.0 * damping)
     found = np.empty((len(board.actuators), hz.size), np.complex128)
     for k, one in enumerate(hz.tolist()):
         omega = 2.0 * np.pi * one
@@ -275,7 +281,7 @@ class _Search:
     def _sound(self, scales: FloatArray) -> ComplexArray:
         key = scales.tobytes()
         if key not in self._solved:
-            self._solved[key] = sound(self.board_at(scales), self._hz)
+            self._solved[key] = sound(self.board_at(scales), self._hz, damping=DAMPING)
             if self._progress:
                 done = len(self._solved)
                 self._progress(done, max(done, len(STARTS) + (STEPS - 2) * (self._count + 1)))

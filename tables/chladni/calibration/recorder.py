@@ -19,9 +19,14 @@ FloatArray = NDArray[np.float64]
 
 RATE_HZ = 8000.0
 """Of the recording; phones' have more, and nothing more of a sweep."""
-SOLVED = 240
-"""Frequencies at which the plate is solved; between them its answer is joined by splines. Steps are
-half as wide as a resonance with a loss factor of 0.03."""
+SOLVED = 160
+"""Frequencies at which the plate is solved. Its resonances are those of a rational function that
+goes through the answers: within 1e-3 of 482 frequencies of `prototype`, `paper`, `phone5` and
+`strip5`, where splines through 241 were off by 13 %, 100 %, 0.2 % and 0.2 %."""
+AS_SOLVED = 1e-5
+"""To which that function goes through the answers."""
+AIR = 1.5e-3
+"""Damping ratio of what a plate loses to air and wires, also one that is drawn without losses."""
 CLOCKS_APART = 40e-6
 """How far the recorder's clock and the device's differ at most."""
 MICROPHONE_DB, WAVES = 3.0, 3
@@ -42,6 +47,8 @@ def record_hidden(hidden: HiddenPlate, seed: int = 0) -> tuple[FloatArray, float
     slot = wave.size + round(PAUSE * RATE_HZ)
     spectrum, hertz = np.fft.rfft(wave, 2 * slot), np.fft.rfftfreq(2 * slot, 1.0 / RATE_HZ)
     inside = (hertz >= hz[0]) & (hertz <= hz[-1])
+    # To the right of the axis all dies away faster.
+    ringing = hertz * (1j + AIR)
     pitch = np.log(hertz[inside] / hz[0]) / np.log(hz[-1] / hz[0])
     turns = rng.uniform(0.0, 2.0 * np.pi, WAVES)
     off = sum(np.sin(2.0 * np.pi * (k + 1) * pitch + turns[k]) / (k + 1) for k in range(WAVES))
@@ -54,7 +61,7 @@ def record_hidden(hidden: HiddenPlate, seed: int = 0) -> tuple[FloatArray, float
         heard = np.zeros(hertz.size, np.complex128)
         heard[inside] = (
             spectrum[inside]
-            * scipy.interpolate.CubicSpline(hz, answer)(hertz[inside])
+            * scipy.interpolate.AAA(1j * hz, answer, rtol=AS_SOLVED)(ringing[inside])
             * gain
             * late
         )

@@ -22,8 +22,11 @@ LEVEL = 0.5
 """Of full duty."""
 FREQUENCIES, EDGE = 14, 2.0 ** (1.0 / 12.0)
 """How many are used, and how far from both ends of the sweep."""
-HALF_BAND = 1.015
-"""Of the band over which a value is taken: no wider than a plate's resonance."""
+DAMPING = 0.01
+"""By which a sweep's echo is taken to die away sooner, as a damping ratio: what rings for seconds
+is neither heard nor solved then, and resonances between these frequencies still show."""
+PLAYED = 1.02
+"""How far from its ends a sweep is loud enough to be divided by."""
 TOP, BELOW, CLIPPED = 0.99, 0.9, 0.25
 """Samples above the first share of the largest, over those from the second share to the first. A
 sweep through resonances has about 0.1 (0.01 by 0.09, where its envelope is a parabola), one that is
@@ -103,7 +106,7 @@ class HeardCoils:
 
 
 def heard_coils(samples: FloatArray, rate_hz: float, coils: int) -> HeardCoils:
-    """What every coil's sweep is like in a recording, at `sweep_frequencies`.
+    """What every coil's sweep is like in a recording, at `sweep_frequencies`, damped by `DAMPING`.
 
     Parameters
     ----------
@@ -120,22 +123,35 @@ def heard_coils(samples: FloatArray, rate_hz: float, coils: int) -> HeardCoils:
     _check(samples, rate_hz, coils * slot)
     begin = _begin(samples, wave, slot, coils)
     size = 2 ** int(np.ceil(np.log2(slot + rate_hz)))
-    hertz, played = np.fft.rfftfreq(size, 1.0 / rate_hz), np.fft.rfft(wave, size)
-    bands = [(hertz >= f / HALF_BAND) & (hertz <= f * HALF_BAND) for f in sweep_frequencies()]
-    power = np.array([np.sum(np.abs(played[band]) ** 2) for band in bands])
-    values = np.empty((coils, len(bands)), np.complex128)
+    hertz = np.asarray(np.fft.rfftfreq(size, 1.0 / rate_hz), np.float64)
+    played = np.fft.rfft(wave, size)
+    weights = _weights(hertz)
+    power = np.maximum(np.abs(played) ** 2, 1e-9 * np.abs(played).max() ** 2)
+    values = np.empty((coils, len(weights)), np.complex128)
     for coil in range(coils):
         products = np.fft.rfft(samples[begin + coil * slot :][:slot], size) * played.conj()
-        values[coil] = [np.sum(products[band]) for band in bands] / power
-    noise = np.zeros(len(bands))
+        values[coil] = weights @ (products / power)
+    noise = np.zeros(len(weights))
     quiet = samples[:begin][-slot:]
     if quiet.size > 0.2 * rate_hz:
         each = np.abs(np.fft.rfft(quiet, size)) ** 2 * slot / quiet.size
-        noise = np.array([each[band].mean() for band in bands]) / power
+        noise = weights**2 @ (each / power)
     audible = 10.0 ** (AUDIBLE_DB / 10.0) * noise
     if np.mean(np.abs(values) ** 2 > audible) < 0.5:
         raise InputError("recording", "sweeps below its noise", "sweeps that are heard")
     return HeardCoils(values, noise, slot / rate_hz)
+
+
+def _weights(hertz: FloatArray) -> FloatArray:
+    """Of each line of a spectrum in the value at each frequency, (frequencies, lines).
+
+    What is heard after a push and never before is, at ω (i + ζ), a mean along the axis, with
+    weights of 1 / ((ζω)² + (ω − ω′)²) (Poisson's formula for a half-plane).
+    """
+    centre = sweep_frequencies()[:, None]
+    inside = (hertz >= FROM_HZ * PLAYED) & (hertz <= TO_HZ / PLAYED)
+    weights = inside / ((DAMPING * centre) ** 2 + (hertz - centre) ** 2)
+    return np.asarray(weights / weights.sum(axis=1, keepdims=True))
 
 
 def _check(samples: FloatArray, rate_hz: float, needed: int) -> None:

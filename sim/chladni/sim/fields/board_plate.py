@@ -18,13 +18,20 @@ from chladni.sim.plate.geometry import (
 from chladni.sim.plate.response import PlateModel
 
 
-def plate_model(board: Board) -> PlateModel:
-    """The plate of a board, ready to be asked for modes and fields; keep it to ask again."""
+def plate_model(board: Board, *, more_loss: float = 0.0) -> PlateModel:
+    """The plate of a board, ready to be asked for modes and fields; keep it to ask again.
+
+    Parameters
+    ----------
+    more_loss
+        Added to the loss factors of all that bends or gives way.
+    """
     # Solvers load half a second of SciPy, and many ask for a board's geometry alone.
     from chladni.sim.navier.plate import SimplySupportedPlate  # noqa: PLC0415
     from chladni.sim.ritz.plate import RitzPlate  # noqa: PLC0415
 
     plate, section = board.plate, board.section
+    own_loss = section.loss_factor + more_loss
     features = (
         board.screws,
         board.pins,
@@ -36,9 +43,9 @@ def plate_model(board: Board) -> PlateModel:
     )
     if plate.edges.are_all("simply supported") and not any(features):
         return SimplySupportedPlate(
-            *plate.size, section.bending_stiffness, section.areal_mass, section.loss_factor
+            *plate.size, section.bending_stiffness, section.areal_mass, own_loss
         )
-    return RitzPlate(plate_geometry(board), section.loss_factor)
+    return RitzPlate(plate_geometry(board).with_more_loss(more_loss), own_loss)
 
 
 MODES, STILL_HZ = 8, 1.0

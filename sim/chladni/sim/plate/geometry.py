@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -156,6 +157,13 @@ def patch_weights(patches: Sequence[tuple[float, ...]], x: FloatArray, y: FloatA
     return np.asarray(weights / weights.sum(axis=0))
 
 
+Sprung = TypeVar("Sprung", RimSupport, PointFeature)
+
+
+def _with_more_loss(own: Sprung, more: float) -> Sprung:
+    return own if own.loss_factor is None else replace(own, loss_factor=own.loss_factor + more)
+
+
 @dataclass(frozen=True)
 class PlateGeometry:
     """A rectangle centred on the origin, with what holds it and what sits on it.
@@ -203,6 +211,17 @@ class PlateGeometry:
         beyond_y = np.abs(y) - (self.length / 2.0 - radius)
         far = np.hypot(np.maximum(beyond_x, 0.0), np.maximum(beyond_y, 0.0)) + reach > radius
         return np.asarray(far & (np.minimum(beyond_x, beyond_y) + reach > 0.0) & (radius > 0.0))
+
+    def with_more_loss(self, more: float) -> PlateGeometry:
+        """The same, with so much added to the loss factors of what is not the plate's own."""
+        layer = self.foundation
+        own = layer and replace(layer, loss_factor=layer.loss_factor + more)
+        return replace(
+            self,
+            foundation=own,
+            rims=tuple(_with_more_loss(rim, more) for rim in self.rims),
+            points=tuple(_with_more_loss(point, more) for point in self.points),
+        )
 
     @property
     def cut_out(self) -> list[tuple[float, float, float]]:
