@@ -170,6 +170,23 @@ def test_a_file_that_breaks_a_rule_is_refused_by_place(
     assert said in str(raised.value)
 
 
+def test_all_that_is_wrong_with_a_file_is_told_at_once(
+    tmp_path: Path, chladni: CommandLine
+) -> None:
+    file, output = tmp_path / "wrong.toml", tmp_path / "wrong.che"
+    file.write_text(
+        'hysteresis = 2\n[[area]]\npress = "clack"\nlevel_db = 3\ncircle_mm = [0, 0]\n'
+        '[[area]]\nname = "b"\nhold = "tick"\nevery = 4\n'
+    )
+    done = chladni("effects", "build", file, "-o", output, "--board", "phone5")
+    assert (done.code, output.exists()) == (2, False)
+    told = [line.split("wrong.toml, ")[1] for line in done.err.splitlines() if "toml, " in line]
+    assert [line.split(":")[0].split(" is ")[0] for line in told] == [
+        *("hysteresis", "area[0].name", "area[0].press", "area[0].level_db"),
+        *("area[0].circle_mm", "area[1].every"),
+    ]
+
+
 @settings(
     max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,14 +19,14 @@ from chladni.effects.bank.areas import (
     Polygon,
     Shape,
 )
-from chladni.effects.bank.layout import ALONG, MAX_HYSTERESIS_UM, OCCASIONS
+from chladni.effects.bank.layout import MAX_HYSTERESIS_UM, OCCASIONS
 from chladni.effects.bank.pack import pack_bank
 from chladni.effects.bank.unpack import read_bank_file
 from chladni.effects.effect import Effect
 from chladni.effects.file_values import FileValue, read_toml
 from chladni.effects.files import READERS, read_effect, shipped_effects
 from chladni.sim.board.quantity import perhaps
-from chladni.sim.errors import ArgumentError, InputError
+from chladni.sim.errors import ArgumentError, Faults, InputError
 
 BANK_SUFFIX = ".che"
 KEYS = ("name", "hysteresis_mm", "effects", "svg", "area")
@@ -86,8 +87,8 @@ def read_bank(name: str | Path, argument: str = "bank") -> ReadBank:
     Raises
     ------
     InputError
-        A key is unknown, a value out of its range, a file is not there, or an area names an effect
-        that no one defines; names the file, the place and the value.
+        Keys are unknown, values out of their range, files not there, or areas name effects that no
+        one defines; names the file, and of each the place and the value.
     """
     path = shipped_banks().get(str(name), Path(name))
     if path.suffix != ".toml":
@@ -95,19 +96,27 @@ def read_bank(name: str | Path, argument: str = "bank") -> ReadBank:
         hint = perhaps(name, shipped_banks())
         raise ArgumentError(argument, str(name), expected, hint=hint)
     file = read_toml(path, argument)
-    _check_keys(file, KEYS)
-    effects = _Effects(path.parent)
-    for one in file["effects"] if file["effects"].is_there else ():
-        effects.use(one)
-    shapes = _drawn_shapes(file["svg"], path.parent)
-    rows = file["area"] if file["area"].is_there else ()
-    areas = tuple(_area(own, effects, shapes) for own in rows)
+    effects, areas, faults = _Effects(path.parent), [], Faults()
+    name, hysteresis_mm, shapes = path.stem[:15], 1.0, dict[str, Shape | InputError]()
+    _check_keys(file, KEYS, faults)
+    with faults.kept():
+        for one in file["effects"] if file["effects"].is_there else ():
+            effects.use(one)
+    with faults.kept():
+        name = file["name"].text() if file["name"].is_there else name
+    with faults.kept():
+        hysteresis_mm = file["hysteresis_mm"].number(0.0, MAX_HYSTERESIS_UM / 1e3, hysteresis_mm)
+    with faults.kept():
+        shapes = _drawn_shapes(file["svg"], path.parent)
+    with faults.kept():
+        for own in file["area"] if file["area"].is_there else ():
+            with faults.kept():
+                areas.append(_area(own, effects, shapes))
+    faults.tell()
     if not effects.found:
         raise file["area"].error("an area with an effect, or `effects`")
-    name = file["name"].text() if file["name"].is_there else path.stem[:15]
-    hysteresis_mm = file["hysteresis_mm"].number(0.0, MAX_HYSTERESIS_UM / 1e3, 1.0)
     try:
-        bank = Bank(name, effects.found, areas, hysteresis_mm)
+        bank = Bank(name, effects.found, tuple(areas), hysteresis_mm)
     except InputError as error:
         raise error.in_file(str(path)) from None
     return ReadBank(bank, effects.left_out)
@@ -144,21 +153,26 @@ class _Effects:
 
 
 def _area(own: FileValue, effects: _Effects, shapes: dict[str, Shape | InputError]) -> Area:
-    _check_keys(own, AREA_KEYS)
-    along = own["along"].text() if own["along"].is_there else ALONG[0]
-    played = {o: effects.use(own[o]) for o in OCCASIONS if own[o].is_there}
+    """With all that is wrong with it told at once."""
+    faults, found = Faults(), dict[str, Any]()
+    _check_keys(own, AREA_KEYS, faults)
+    readers: dict[str, Callable[[FileValue], object]] = {
+        "name": FileValue.text,
+        **dict.fromkeys(OCCASIONS, effects.use),
+        "level_db": lambda value: value.number(LEAST_LEVEL_DB, 0.0),
+        "level_um": lambda value: value.number(LEAST_UM, MOST_UM),
+        "every_mm": lambda value: value.number(0.0, MOST_MM),
+        "along": FileValue.text,
+    }
+    for key, reader in readers.items():
+        if own[key].is_there or key == "name":
+            with faults.kept():
+                found[key] = reader(own[key])
+    with faults.kept():
+        found["shape"] = _shape(own, shapes)
+    faults.tell()
     try:
-        return Area(
-            own["name"].text(),
-            _shape(own, shapes),
-            level_db=own["level_db"].number(LEAST_LEVEL_DB, 0.0, 0.0),
-            level_um=own["level_um"].number(LEAST_UM, MOST_UM)
-            if own["level_um"].is_there
-            else None,
-            every_mm=own["every_mm"].number(0.0, MOST_MM, 0.0),
-            along=along,
-            **played,
-        )
+        return Area(**found)
     except ArgumentError as error:
         place = f"{own.place}.{error.field}"
         raise InputError(place, error.value, error.expected, file=own.file) from None
@@ -205,7 +219,8 @@ def _drawn_shapes(own: FileValue, folder: Path) -> dict[str, Shape | InputError]
     return shapes_of_drawing(folder / own.text(), own.place)
 
 
-def _check_keys(own: FileValue, known: tuple[str, ...]) -> None:
+def _check_keys(own: FileValue, known: tuple[str, ...], faults: Faults) -> None:
     for key in own.keys():  # noqa: SIM118
         if key not in known:
-            raise own[key].error(f"one of {', '.join(known)} for a key")
+            with faults.kept():
+                raise own[key].error(f"one of {', '.join(known)} for a key")
