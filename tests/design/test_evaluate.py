@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from chladni.design.evaluate import COARSE, NO_NUMBER_DB, completed_board, evaluate
+from chladni.design.evaluate import COARSE, NO_NUMBER_DB, completed_board, evaluate, mass_g
 from chladni.design.spec import spec_of
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.as_built import score_together
 from chladni.drives.scoring.small_amplitude import SoftWave, soft_wave
+from chladni.host.manufacture.board_parts import mechanical_parts
 from chladni.sim.board.file import load_board, read_document
 from chladni.sim.fields.board_plate import first_natural_hz
 from conftest import ROOT
@@ -61,6 +64,16 @@ def test_a_board_gets_the_floor_that_its_diodes_need() -> None:
     wave = soft_wave(completed_board(plain, COARSE))
     assert isinstance(wave, SoftWave)
     assert not wave.is_bent
+
+
+def test_a_search_weighs_the_sheet_that_the_parts_list_names() -> None:
+    """Round corners are not of it."""
+    phone = load_board("phone5")
+    rounded = replace(phone, plate=replace(phone.plate, corner_radius=8e-3))
+    parts = {own.part: own for own in mechanical_parts(rounded)}
+    listed = sum(parts[one].count * (parts[one].mass_g or 0.0) for one in ("plate", "magnet"))
+    assert mass_g(rounded) == pytest.approx(listed, rel=1e-6)
+    assert mass_g(rounded) < mass_g(phone) - 0.01
 
 
 def test_what_a_board_keeps_as_built_can_be_weighed() -> None:

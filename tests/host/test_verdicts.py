@@ -183,7 +183,11 @@ def test_methods_effects_designs_and_tables_are_summed_up() -> None:
         "12 mm away gets 1.0 dB more at the median; fingers notice 2.3 dB."
     )
     own: Any = SimpleNamespace(
-        peak_um=21.0, other_peak_um=0.3, just_felt_um=0.36, isolation_db=36.9
+        peak_um=21.0,
+        other_peak_um=0.3,
+        just_felt_um=0.36,
+        isolation_db=36.9,
+        envelope_error_db=2.5,
     )
     assert of_effect(own) == (
         "The finger gets 21 µm at most, the other 37 dB less, which a resting finger does not feel."
@@ -192,6 +196,8 @@ def test_methods_effects_designs_and_tables_are_summed_up() -> None:
     assert "3 dB more, which a resting finger feels" in of_effect(own)
     own.other_peak_um = None
     assert of_effect(own) == "The finger gets 21 µm at most."
+    own.envelope_error_db = 9.6
+    assert of_effect(own).endswith("at most. Its loud and soft parts are off by up to 10 dB.")
     found = {"finger_um": None, "second_finger_20mm_db": 17.0}
     assert of_design(found, for_fingers={}).startswith("It focuses: within tolerances another")
     found |= {"second_finger_20mm_db": -1.36, "finger_um": 3.04}

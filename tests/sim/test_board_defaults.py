@@ -221,6 +221,9 @@ def test_a_missing_value_whose_name_says_little_is_explained() -> None:
     panel = {"place": "beside", "controller": "gt911"}
     with pytest.raises(InputError, match=r"panel.pixels is required: how many places"):
         board_from_document(tomllib.loads(SMALLEST) | {"name": "own", "panel": panel})
+    feet = [{"at_mm": [0.0, 0.0]}, {"at_mm": [1.0, 0.0]}]
+    with pytest.raises(InputError, match=r"springs.1..stiffness_n_per_mm is required: .* `part`"):
+        board_from_document(tomllib.loads(SMALLEST) | {"name": "own", "springs": feet})
 
 
 def test_a_key_in_another_block_is_told_where_it_goes() -> None:

@@ -11,6 +11,7 @@ import pytest
 from chladni.host.protocol.board_config import config_of
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
+from chladni.sim.board.writing import board_file
 from chladni.sim.coil.circuit import circuit_of, current_wave
 from chladni.sim.coil.flyback import FlybackCircuit
 from chladni.sim.coil.full_drive import least_duty
@@ -117,6 +118,19 @@ def test_a_board_says_from_where_on_its_coils_play_in_proportion(
     assert bent["second_harmonic_at_tenth"] > 0.2
     assert bent["level_db_at_tenth"] < -3.0
     assert "set electronics.least_duty to 0.05" in answer.err
+
+
+def test_no_floor_is_advised_for_a_coil_whose_current_stops_in_every_period(
+    chladni: CommandLine, tmp_path: Path
+) -> None:
+    pad = load_board("pad16")
+    assert pad.coil is not None
+    path = tmp_path / "b.toml"
+    bare = replace(pad, winding=None, coil=replace(pad.coil, inductance=0.0))
+    path.write_bytes(board_file(bare))
+    told = " ".join(chladni("board", "show", path).err.split())
+    assert "set electronics.least_duty" not in told
+    assert "no electronics.least_duty up to 0.5 helps; is coil.inductance_mh given?" in told
 
 
 def test_a_diode_that_drops_more_than_the_supply_is_named(

@@ -234,7 +234,7 @@ def _micrometres_db(um: float) -> float:
 
 def mass_g(board: Board) -> float:
     """Of the plate and its magnets."""
-    plate = board.section.areal_mass * float(np.prod(board.plate.size))
+    plate = board.section.areal_mass * board.plate.area
     one = board.magnet.areal_mass * np.pi * board.magnet.radius**2 if board.magnet else 0.0
     return 1e3 * float(plate + len(board.actuators) * one)
 

@@ -89,7 +89,7 @@ def ground_holes_mm(board: Board) -> float:
 
 def _plate(board: Board) -> Part:
     plate = board.plate
-    area = _outline_area(plate)
+    area = plate.area
     radii = [hole.radius for hole in board.holes] + [screw.radius for screw in board.screws]
     area -= math.pi * sum(radius**2 for radius in radii)
     grade = f"; {ANNEALED}" if plate.material == "stainless-steel" else ""
@@ -108,14 +108,9 @@ def _layer(board: Board) -> list[Part]:
     if panel is None or not panel.layer_thickness:
         return []
     sides = " × ".join(f"{side / MM:g}" for side in (*plate.size, panel.layer_thickness))
-    mass = (board.section.areal_mass - plate.areal_mass) * _outline_area(plate)
+    mass = (board.section.areal_mass - plate.areal_mass) * plate.area
     what = f"{panel.layer_material}, {sides} mm"
     return [Part("panel's layer", 1, what, "glued on the plate", mass / 1e-3)]
-
-
-def _outline_area(plate: Plate) -> float:
-    """Without holes, m²."""
-    return math.prod(plate.size) - (4.0 - math.pi) * plate.corner_radius**2
 
 
 def _magnets(board: Board) -> list[Part]:

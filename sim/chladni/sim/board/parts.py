@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -69,6 +70,11 @@ class Plate:
     def areal_mass(self) -> float:
         """ρh, kg/m²."""
         return self.density * self.thickness
+
+    @property
+    def area(self) -> float:
+        """Inside its outline, holes not taken off, m²."""
+        return math.prod(self.size) - (4.0 - math.pi) * self.corner_radius**2
 
 
 @dataclass(frozen=True)
@@ -319,10 +325,7 @@ class BoardParts:
 
     @property
     def coils_in_foam(self) -> float:
-        """How far coils, which stand under the magnets, reach into foam that has no hole for them.
-
-        m; the foam's own holes are for magnets, and coils are mostly wider.
-        """
+        """How far coils, under the magnets, reach into foam whose holes are too narrow, m."""
         if self.foundation is None or self.magnet is None or self.winding is None:
             return 0.0
         below = self.magnet.height + self.winding.gap

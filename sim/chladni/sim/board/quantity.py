@@ -6,6 +6,7 @@ import dataclasses
 import difflib
 import functools
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -253,8 +254,10 @@ ALSO_CALLED = {
 MEANT = {
     "panel.pixels": "how many places the touch controller tells apart along each side, by its data "
     "sheet or its settings, such as [320, 640]",
+    "springs.stiffness_n_per_mm": "how stiff the spring is; or `part` in its place, a rubber foot "
+    "that is known, such as rubber-foot-6x6",
 }
-"""What is asked for by a key whose name does not say it."""
+"""What is asked for by a key whose name does not say it, or what may stand in its place."""
 
 
 def near_name(given: object, known: Iterable[str]) -> str | None:
@@ -266,6 +269,10 @@ def perhaps(given: object, known: Iterable[str]) -> str:
     """A hint at that name; empty where none is like it."""
     close = near_name(given, known)
     return f"{close}, perhaps" if close else ""
+
+
+def _unnumbered(key: str) -> str:
+    return re.sub(r"\[\d+\]", "", key)
 
 
 def check_keys(
@@ -290,5 +297,5 @@ def check_keys(
     for key in required:
         if key not in table:
             with faults.kept():
-                raise MissingError(f"{where}{key}", MEANT.get(f"{where}{key}", ""))
+                raise MissingError(f"{where}{key}", MEANT.get(_unnumbered(f"{where}{key}"), ""))
     faults.tell()

@@ -18,7 +18,7 @@ from chladni.host.cli.common.output import say
 from chladni.host.manufacture.drawing import cut_hole_mm
 from chladni.sim.board.board import Board
 from chladni.sim.board.catalogue import METALS, lowest_foot
-from chladni.sim.board.electronics import Area
+from chladni.sim.board.electronics import MOST_LEAST_DUTY, Area
 from chladni.sim.board.panel_layer import LayeredPlate
 from chladni.sim.board.parts import Measured
 from chladni.sim.board.quantity import MM
@@ -32,9 +32,15 @@ FloatArray = NDArray[np.float64]
 def say_current(wave: SoftWave | BridgeWave) -> None:
     """Where a flyback diode bends soft waves."""
     if isinstance(wave, SoftWave) and wave.is_bent:
+        advice = f"set electronics.least_duty to {wave.floor:g}"
+        if wave.floor > MOST_LEAST_DUTY:
+            advice = (
+                f"no electronics.least_duty up to {MOST_LEAST_DUTY:g} helps; is "
+                "coil.inductance_mh given? Bridges have no such diode"
+            )
         say(
             f"below {wave.continuous_from_duty:.3f} of duty a flyback diode stops the coils' "
-            f"current and bends their sine: set electronics.least_duty to {wave.floor:g}"
+            f"current and bends their sine: {advice}"
         )
 
 

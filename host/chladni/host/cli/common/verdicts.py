@@ -277,15 +277,20 @@ def of_methods(entries: Sequence[Mapping[str, Any]], best: Mapping[str, Any]) ->
     )
 
 
+OFF_DB = 2.0 * NOTICED_DB
+"""Of an effect's level over time, from which it is another one; docs/effects.md has 2.5 at most."""
+
+
 def of_effect(played: PlayedEffect) -> str:
     """What fingers have of an effect."""
     own = f"The finger gets {played.peak_um:.2g} µm at most"
-    other, least = played.other_peak_um, played.just_felt_um
-    if other is None or played.isolation_db is None:
-        return f"{own}."
-    feels = "feels" if least is not None and other > least else "does not feel"
-    apart = decibels_less(played.isolation_db)
-    return f"{own}, the other {apart}, which a resting finger {feels}."
+    other, least, off_db = played.other_peak_um, played.just_felt_um, played.envelope_error_db
+    if other is not None and played.isolation_db is not None:
+        feels = "feels" if least is not None and other > least else "does not feel"
+        own += f", the other {decibels_less(played.isolation_db)}, which a resting finger {feels}"
+    if off_db is not None and off_db > OFF_DB:
+        return f"{own}. Its loud and soft parts are off by up to {off_db:.0f} dB."
+    return f"{own}."
 
 
 def decibels_less(db: float) -> str:
