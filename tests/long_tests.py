@@ -252,6 +252,7 @@ LONGEST = (
     "firmware/test_processors.py::test_cuts_and_mirrors_everywhere_cost_a_lookup_no_more[RISC-V rv32imc]",  # noqa: E501
     "host/figures/test_wide_boards.py::test_solve_draws_with_and_without_a_trace",
     "host/test_bank_commands.py::test_a_press_on_a_key_is_scored_under_the_finger",
+    "host/test_two_presses.py::test_each_of_two_presses_is_told_beside_the_other",
     "host/test_calibrate.py::test_a_device_on_a_port_measures_its_board",
     "host/test_fingers_command.py::test_an_emulated_device_plays_nearly_what_the_board_would[board0]",
     "host/test_own_device.py::test_a_board_of_ones_own_plays",

@@ -19,7 +19,7 @@ from chladni.host.device.device import Device
 from chladni.host.device.device_effects import AreaEvent, DeviceArea
 from chladni.host.device.wires.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, TouchEvent
-from chladni.host.emulation.played_effect import effect_of_bank
+from chladni.host.emulation.recorded_effect import effect_of_bank
 from chladni.host.protocol.config import DeviceConfig
 from chladni.sim.errors import InputError
 from chladni.tables.format import pack

@@ -11,12 +11,9 @@ from numpy.typing import NDArray
 from chladni.calibration.hidden import HiddenPlate
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.scoring.as_built import PRESS
-from chladni.effects.bank.areas import level_of
 from chladni.effects.bank.layout import SIGNAL_HZ
-from chladni.effects.bank.unpack import unpack_bank
 from chladni.effects.effect import Effect, Noise
 from chladni.effects.flatten import flattened
-from chladni.host.emulation._emulator import area_at
 from chladni.host.emulation.emulator import Emulator, Recording
 from chladni.host.emulation.felt_over_time import (
     LATEST_S,
@@ -33,7 +30,7 @@ from chladni.host.emulation.recorded_effect import recorded_effect
 from chladni.host.protocol.config import BIAS_RAMP_MS
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
-from chladni.sim.errors import ArgumentError, ChladniError, MissingError
+from chladni.sim.errors import ChladniError, MissingError
 from chladni.sim.image.finger import threshold_um
 from chladni.sim.image.metrics import decibel
 from chladni.tables.table import Table
@@ -130,7 +127,8 @@ def play_effect(
         Of another, which rests there before and is silent.
     other_plays
         The other one has a signal of its own at the same level. Its drive takes its share of what
-        coils can do. No samples are sent for it, so that all that moves is this effect's.
+        coils can do. No samples are sent for it, so that all that moves is this effect's. With a
+        `bank` that is `silent_at` its place, both press at once.
     level
         Of the loudest that the place allows, 0 to 1.
     level_um
@@ -162,7 +160,7 @@ def play_effect(
     """
     check_can_play(table, board, other_mm)
     is_bridge = board.electronics.is_bridge
-    rests_s = _rests_s(board, rested=rested, other_plays=other_plays)
+    rests_s = 0.0 if bank else _rests_s(board, rested=rested, other_plays=other_plays)
     places = np.array([at_mm] if other_mm is None else [at_mm, other_mm]) * MM
     solved = over_frequency(board, progress) if solved is None else solved
     plate = FingerPlate.of(solved, places, newtons)
@@ -226,27 +224,6 @@ def check_can_play(table: Table, board: Board, other_mm: tuple[float, float] | N
         raise MissingError("coil", "a block [coil]", hint="there is no force without one")
     if other_mm is not None:
         table.responses_section()  # without them the device knows of one finger alone
-
-
-def effect_of_bank(bank: bytes, at_mm: tuple[float, float]) -> tuple[str, Effect, float]:
-    """The area there, its effect for a press, or else what is held, and its level, 0 to 1.
-
-    Raises
-    ------
-    InputError
-        There is no area, or it has no effect for a press.
-    """
-    known = unpack_bank(bank)
-    number = area_at(bank, *(round(1e3 * at) for at in at_mm))
-    if number >= len(known.areas):
-        raise ArgumentError("at", at_mm, f"a place in one of the areas of {known.name}")
-    area = known.areas[number]
-    name = area.press or (area.hold if area.every_mm == 0.0 else None)
-    if name is None:
-        raise ArgumentError(
-            "at", at_mm, f"a place where a press plays something, as {area.name} has not"
-        )
-    return area.name, known.effects[name], level_of(area.level_db)
 
 
 def _begins_s(forces: FloatArray, *, rested: bool) -> float:

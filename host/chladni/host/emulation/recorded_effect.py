@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.effects.bank.areas import LEAST_MM, Area, Bank, Circle, level_of
 from chladni.effects.bank.layout import SIGNAL_HZ, UM_STEPS
+from chladni.effects.bank.pack import pack_bank
+from chladni.effects.bank.unpack import unpack_bank
+from chladni.effects.effect import Curve, Effect, Tone
+from chladni.host.emulation._emulator import area_at
 from chladni.host.emulation.emulator import Emulator, Recording, TouchEvent
 from chladni.host.protocol.link import SIGNAL_SAMPLES
-from chladni.sim.errors import ChladniError, ConflictError
+from chladni.sim.errors import ArgumentError, ChladniError, ConflictError
 
 FloatArray = NDArray[np.float64]
 
@@ -43,7 +51,8 @@ def recorded_effect(
     levels
         At which samples are sent, and micrometres; without both the device has the effect itself.
     other_plays
-        The other finger has a signal of its own, too, of which no samples are sent.
+        The other finger has a signal of its own, too, of which no samples are sent; of a device's
+        own effects it presses at the same moment.
     rests_s
         For which the finger that plays rests first, once a switch's bias is up.
 
@@ -53,12 +62,14 @@ def recorded_effect(
         The device did not play to the end.
     """
     slot = 0
+    touched_ms = REST_MS + 0.1
     if other_mm is not None:
+        presses_too = levels is None and other_plays
         if levels is not None and other_plays:
             _set_signal(emulator, 0, *levels)
-        else:
+        elif not presses_too:
             emulator.core.set_voice(0, 0, 0)
-        emulator.touch(TouchEvent(1.0, other_mm, 7))
+        emulator.touch(TouchEvent(touched_ms if presses_too else 1.0, other_mm, 7))
         slot = 1
     words: list[int] = []
     if levels is not None:
@@ -68,7 +79,6 @@ def recorded_effect(
     sent = emulator.core.push_signal(slot, words[:SIGNAL_SAMPLES])
     parts = [emulator.run(REST_MS)]
     begins = parts[0].duty_steps.shape[0] / parts[0].carrier_hz
-    touched_ms = REST_MS + 0.1
     emulator.touch(TouchEvent(touched_ms, at_mm, 0))
     left_ms = PRESSED_MS + 1e3 * (rests_s + len(samples) / SIGNAL_HZ + AFTER_S)
     while left_ms > 0.0:
@@ -89,6 +99,62 @@ def recorded_effect(
     # The resting finger is reported meanwhile.
     reported = min(at for at in seen if 1e3 * at >= touched_ms)
     return Recording(steps, first.carrier_hz, first.pwm_bits), begins, reported
+
+
+def effect_of_bank(bank: bytes, at_mm: tuple[float, float]) -> tuple[str, Effect, float]:
+    """The area there, its effect for a press, or else what is held, and its level, 0 to 1.
+
+    Raises
+    ------
+    InputError
+        There is no area, or it has no effect for a press.
+    """
+    known = unpack_bank(bank)
+    area = _area_of(known, bank, at_mm)
+    return area.name, known.effects[area.effects[_occasion(area, at_mm)]], level_of(area.level_db)
+
+
+def silent_at(bank: bytes, at_mm: tuple[float, float], kept_mm: tuple[float, float]) -> bytes:
+    """A bank where a press at one place lasts as long as ever, and is silent.
+
+    Its drive takes its share of what coils can do, and all that moves is of the other place.
+
+    Parameters
+    ----------
+    kept_mm
+        Where a press is as it was; all other areas are left out.
+
+    Raises
+    ------
+    InputError
+        As of `effect_of_bank`, of either place.
+    """
+    known = unpack_bank(bank)
+    own, kept = _area_of(known, bank, at_mm), _area_of(known, bank, kept_mm)
+    occasion = _occasion(own, at_mm)
+    played = known.effects[own.effects[occasion]]
+    effects = {name: known.effects[name] for name in kept.effects.values()}
+    silent = next(name for name in "abcde" if name not in effects)
+    nothing, any_hz = Curve.constant(0.0), Curve.constant(160.0)
+    effects[silent] = replace(played, parts=(Tone(0.0, played.lasts_s, nothing, any_hz),))
+    how: dict[str, Any] = {occasion: silent, "level_db": own.level_db, "level_um": own.level_um}
+    spot = Area("a", Circle(at_mm, LEAST_MM), **how)
+    return pack_bank(replace(known, effects=effects, areas=(spot, replace(kept, name="b"))))
+
+
+def _area_of(known: Bank, bank: bytes, at_mm: tuple[float, float]) -> Area:
+    number = area_at(bank, *(round(1e3 * at) for at in at_mm))
+    if number >= len(known.areas):
+        raise ArgumentError("at", at_mm, f"a place in one of the areas of {known.name}")
+    return known.areas[number]
+
+
+def _occasion(area: Area, at_mm: tuple[float, float]) -> str:
+    """For which an effect plays while a finger comes down and stays."""
+    if area.press is None and (area.hold is None or area.every_mm > 0.0):
+        expected = f"a place where a press plays something, as {area.name} has not"
+        raise ArgumentError("at", at_mm, expected)
+    return "hold" if area.press is None else "press"
 
 
 def _set_signal(emulator: Emulator, slot: int, level: float, most_um: float | None) -> None:

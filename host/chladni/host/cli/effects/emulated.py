@@ -28,9 +28,9 @@ from chladni.host.cli.effects.setup import Setup, setup_of
 from chladni.host.emulation.played_effect import (
     PlayedEffect,
     check_can_play,
-    effect_of_bank,
     play_effect,
 )
+from chladni.host.emulation.recorded_effect import effect_of_bank, silent_at
 from chladni.sim.board.file import load_board
 
 
@@ -65,23 +65,8 @@ def play_emulated(
         known["left_out"] = reads[0].left_out
         _tell(known, found[0], setup, as_json=as_json)
         return
-    rows = [
-        {
-            "name": name,
-            "effect": read.effect.name,
-            "at_mm": list(place),
-            "left_out": read.left_out,
-            "over_other_effect_db": over_db,
-            **_numbers(one),
-        }
-        for name, read, place, one, over_db in zip(
-            "AB", reads, places, found, over_other_effect_db(found), strict=True
-        )
-    ]
-    told = of_two_effects([one.name for one in effects], found)
-    result: dict[str, Any] = {"verdict": told} | setup.rows(as_json=as_json)
-    result |= {"fingers": rows} if as_json else {one["name"]: one | {"name": None} for one in rows}
-    answer(result, as_json=as_json, title=_title(setup))
+    own = [{"left_out": one.left_out} for one in reads]
+    _tell_two(effects, found, places, own, setup, as_json=as_json)
 
 
 def play_emulated_bank(
@@ -90,30 +75,40 @@ def play_emulated_bank(
     hidden: str | None,
     figure: Path | None,
     *,
+    together: bool,
     newtons: float,
     as_json: bool,
 ) -> None:
-    """A press on an emulated device that has a bank in its flash, and no host."""
+    """A press on an emulated device that has a bank in its flash, and no host.
+
+    Two fingers that press `together` have each the effect of its own area.
+    """
     bank = bank_bytes(str(connection.emulated_bank), "--bank")
     say_off_board(unpack_bank(bank), load_board(connection.board))
-    area, effect, level = effect_of_bank(bank, places[0])
+    presses = [effect_of_bank(bank, one) for one in (places if together else places[:1])]
     setup = setup_of(connection, places, hidden)
-    say_filtered(effect)
+    effects = [effect for _, effect, _ in presses]
+    for effect in effects:
+        say_filtered(effect)
     say_waves(setup.board)
-    found = play_effect(
-        setup.table,
-        setup.board,
-        effect,
-        places[0],
-        other_mm=_others(places)[0],
-        level=level,
-        newtons=newtons,
-        bank=bank,
-        **setup.solved(),
-    )
-    _draw(figure, [found], [effect], setup, places)
-    known = {"effect": effect.name, "area": area} | setup.rows(as_json=as_json)
-    _tell(known, found, setup, as_json=as_json)
+    how = setup.solved() | {"newtons": newtons, "other_plays": together}
+    found = [
+        play_effect(
+            *(setup.table, setup.board, effect, own),
+            other_mm=other,
+            level=level,
+            bank=silent_at(bank, other, own) if together and other is not None else bank,
+            **how,
+        )
+        for (_, effect, level), own, other in zip(presses, places, _others(places), strict=False)
+    ]
+    _draw(figure, found, effects, setup, places)
+    if together:
+        own = [{"area": area} for area, _, _ in presses]
+        _tell_two(effects, found, places, own, setup, as_json=as_json)
+        return
+    known = {"effect": effects[0].name, "area": presses[0][0]} | setup.rows(as_json=as_json)
+    _tell(known, found[0], setup, as_json=as_json)
 
 
 def play_emulated_pairs(
@@ -151,6 +146,29 @@ def _title(setup: Setup) -> str:
 def _tell(known: dict[str, Any], found: PlayedEffect, setup: Setup, *, as_json: bool) -> None:
     rows = {"verdict": of_effect(found)} | known | _numbers(found)
     answer(rows, as_json=as_json, title=_title(setup))
+
+
+def _tell_two(
+    effects: Sequence[Effect],
+    found: Sequence[PlayedEffect],
+    places: Sequence[Place],
+    known: Sequence[dict[str, Any]],
+    setup: Setup,
+    *,
+    as_json: bool,
+) -> None:
+    """What each of two fingers has of its own effect; `known` is what else is known of each."""
+    rows = [
+        {"name": name, "effect": effect.name, "at_mm": list(place), **own}
+        | {"over_other_effect_db": over_db, **_numbers(one)}
+        for name, effect, place, own, one, over_db in zip(
+            "AB", effects, places, known, found, over_other_effect_db(found), strict=True
+        )
+    ]
+    told = of_two_effects([one.name for one in effects], found)
+    result: dict[str, Any] = {"verdict": told} | setup.rows(as_json=as_json)
+    result |= {"fingers": rows} if as_json else {one["name"]: one | {"name": None} for one in rows}
+    answer(result, as_json=as_json, title=_title(setup))
 
 
 def _draw(

@@ -58,6 +58,14 @@ def play(
             "place, which differ in µm: --level-um makes both alike.",
         ),
     ] = None,
+    together: Annotated[
+        bool,
+        typer.Option(
+            "--together",
+            help="With --bank: the finger at --other presses at the same moment, and has its own "
+            "area's effect.",
+        ),
+    ] = False,
     level_db: Annotated[
         float,
         typer.Option(callback=within(-60.0, 0.0, "dB"), help="Below the loudest for that place."),
@@ -123,8 +131,11 @@ def play(
     _check_emulated(connection, effect, rested, hidden)
     if other_effect is not None:
         _check_other_effect(connection, places)
+    if together:
+        _check_together(effect, places)
     if effect is None:
-        play_emulated_bank(connection, places, hidden, figure, newtons=press, as_json=as_json)
+        of_emulated.pop("rested")
+        play_emulated_bank(connection, places, hidden, figure, together=together, **of_emulated)
         return
     reads = [_read(effect)]
     if other_effect is not None:
@@ -172,10 +183,19 @@ def _check_other_effect(connection: Connection, places: list[Place]) -> None:
         raise MissingError("--other", "X,Y, where the finger of --other-effect presses, mm")
     if connection.emulated_bank is not None:
         hint = (
-            "with --bank the finger at --other rests; for both effects at once give EFFECT and "
-            "--other-effect without it"
+            "with --bank the finger at --other rests, or with --together it has its own area's "
+            "effect; for others give EFFECT and --other-effect without --bank"
         )
         raise ConflictError("--other-effect", "--bank", hint=hint)
+
+
+def _check_together(effect: str | None, places: list[Place]) -> None:
+    """It is of a bank, and of two fingers."""
+    if effect is not None:
+        hint = "it is for --bank; --other-effect gives the other finger an effect without one"
+        raise ConflictError("--together", "EFFECT", hint=hint)
+    if len(places) == 1:
+        raise MissingError("--other", "X,Y, where the finger presses that --together means, mm")
 
 
 def _check_emulated(
