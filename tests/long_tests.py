@@ -155,6 +155,7 @@ LONG = (
     "tables/test_table_hard_cases.py::test_one_actuator_and_sixteen",
     "drives/test_search_cost.py::test_tables_for_fingers_come_of_less_and_play_on_less",
     "host/test_bank_commands.py::test_a_boards_own_level_is_taken_out_where_it_is_asked_for",
+    "host/test_two_presses.py::test_each_of_two_presses_is_told_beside_the_other",
     "host/test_ports.py::test_the_emulated_wire_follows_its_configuration",
     "host/test_verdicts.py::test_people_read_it_first_and_programs_by_its_key",
     "spice/test_bridge_sensing.py",
@@ -252,7 +253,6 @@ LONGEST = (
     "firmware/test_processors.py::test_cuts_and_mirrors_everywhere_cost_a_lookup_no_more[RISC-V rv32imc]",  # noqa: E501
     "host/figures/test_wide_boards.py::test_solve_draws_with_and_without_a_trace",
     "host/test_bank_commands.py::test_a_press_on_a_key_is_scored_under_the_finger",
-    "host/test_two_presses.py::test_each_of_two_presses_is_told_beside_the_other",
     "host/test_calibrate.py::test_a_device_on_a_port_measures_its_board",
     "host/test_fingers_command.py::test_an_emulated_device_plays_nearly_what_the_board_would[board0]",
     "host/test_own_device.py::test_a_board_of_ones_own_plays",
