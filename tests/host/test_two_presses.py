@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from chladni.effects import Area, Bank, Curve, Effect, Polygon, Tone, shipped_ef
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.bank.pack import pack_bank
 from chladni.effects.bank.unpack import unpack_bank
+from chladni.host.cli.effects.remarks import say_unflattened
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.emulation.recorded_effect import effect_of_bank, recorded_effect, silent_at
 from chladni.sim.errors import InputError
@@ -116,3 +119,14 @@ def test_each_of_two_presses_is_told_beside_the_other(chladni: CommandLine, tmp_
         # A bank has the place's own level in it.
         assert own["peak_um"] == pytest.approx(other["peak_um"], rel=0.2)
         assert own["over_other_effect_db"] == pytest.approx(other["over_other_effect_db"], abs=3.0)
+
+
+def test_how_a_bank_is_made_flat_is_said_where_it_matters(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    each: Any = [SimpleNamespace(envelope_error_db=db) for db in (8.2, 0.6, None)]
+    off, near, noise = each
+    say_unflattened([near, noise])
+    assert capsys.readouterr().err == ""
+    say_unflattened([near, off])
+    assert "`chladni effects build --flatten --board B`" in capsys.readouterr().err

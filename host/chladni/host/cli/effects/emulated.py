@@ -23,7 +23,12 @@ from chladni.host.cli.common.verdicts import (
 )
 from chladni.host.cli.device.connection import Connection
 from chladni.host.cli.effects.pairs import played_pairs
-from chladni.host.cli.effects.remarks import say_filtered, say_less_than_asked, say_off_board
+from chladni.host.cli.effects.remarks import (
+    say_filtered,
+    say_less_than_asked,
+    say_off_board,
+    say_unflattened,
+)
 from chladni.host.cli.effects.setup import Setup, setup_of
 from chladni.host.emulation.played_effect import (
     PlayedEffect,
@@ -102,6 +107,7 @@ def play_emulated_bank(
         )
         for (_, effect, level), own, other in zip(presses, places, _others(places), strict=False)
     ]
+    say_unflattened(found)
     _draw(figure, found, effects, setup, places)
     if together:
         own = [{"area": area} for area, _, _ in presses]

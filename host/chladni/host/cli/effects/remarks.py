@@ -11,6 +11,7 @@ from chladni.effects.bank.areas import Bank, Shape, reach_mm
 from chladni.effects.effect import Effect
 from chladni.effects.low_pass import EDGE_HZ, POLES
 from chladni.host.cli.common.output import say
+from chladni.host.cli.common.verdicts import OFF_DB
 from chladni.host.protocol.config import PANELS, DeviceConfig
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
@@ -113,3 +114,12 @@ def say_less_than_asked(found: Sequence[PlayedEffect], level_um: float | None) -
                 f"{who} gets {one.peak_um:.2g} µm of the {asked_um:.2g} that --level-um asks for: "
                 "its place allows no more"
             )
+
+
+def say_unflattened(found: Sequence[PlayedEffect]) -> None:
+    """Remark on a bank's effects that a board changes, where that may be taken out of them."""
+    if any((one.envelope_error_db or 0.0) > OFF_DB for one in found):
+        say(
+            "a device plays a bank's effects as they are: `chladni effects build --flatten --board "
+            "B` takes out of them what the board gives more of at one frequency than at another"
+        )
