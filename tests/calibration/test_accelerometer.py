@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from calibration.small_board import small_board
 from chladni.calibration import hidden_plate
-from chladni.calibration.fit import INTERVAL
 from chladni.calibration.hidden import HiddenPlate
 from chladni.calibration.laboratory.fields_at_places import SENSOR_RADIUS, FieldsAtPlaces
 from chladni.calibration.laboratory.fields_fit import fit_fields
 from chladni.calibration.laboratory.measured_fields import MeasuredFields, joined
 from chladni.calibration.laboratory.refined_fields import SENSOR
+from chladni.calibration.parameters import INTERVAL
 from chladni.calibration.sensing import BASE_SAMPLES, MULTIPLES, UNIT_HZ
 from chladni.calibration.unknowns import unknowns_of
 from chladni.host.device.device import Device

@@ -63,10 +63,10 @@ def differences(unknowns: Unknowns, values: np.ndarray) -> Callable[[int], np.nd
 
 def test_slopes_are_differences_of_solved_plates() -> None:
     """By every unknown of the plate but forces."""
-    feet = (Spring((-0.025, 0.028), 20e3), Spring((0.026, -0.027), 20e3, loss_factor=0.2))
+    springs = (Spring((-0.025, 0.028), 20e3), Spring((0.026, -0.027), 20e3, loss_factor=0.2))
     weight = (Mass((-0.003, -0.027), 2e-3),)
     board = dataclasses.replace(
-        small_board(), screws=(Screw((0.02, 0.026)),), springs=feet, masses=weight, winding=None
+        small_board(), screws=(Screw((0.02, 0.026)),), springs=springs, masses=weight, winding=None
     )
     board = with_soft_screws(board, 0.002)
     unknowns = unknowns_of(board)
@@ -76,7 +76,8 @@ def test_slopes_are_differences_of_solved_plates() -> None:
     screws = difference(unknowns.scales.index("screws"))
     off = ~np.eye(len(board.actuators), dtype=bool)
     first = unknowns.places.start
-    rows = [*range(len(unknowns.scales)), unknowns.patch_values.start + 7, first, first + 5]
+    feet = range(*unknowns.foot_values.indices(values.size))
+    rows = [*range(len(unknowns.scales)), unknowns.patch_values.start + 7, *feet, first, first + 5]
     solved = {"screws": screws, "modulus": difference(unknowns.scales.index("modulus"))}
     expected = {row: difference(row)[off] for row in rows}
     for told in ({"screws": screws}, solved):

@@ -188,6 +188,7 @@ def test_methods_effects_designs_and_tables_are_summed_up() -> None:
         just_felt_um=0.36,
         isolation_db=36.9,
         envelope_error_db=2.5,
+        bias_um=3.0,
     )
     assert of_effect(own) == (
         "The finger gets 21 µm at most, the other 37 dB less, which a resting finger does not feel."
@@ -198,6 +199,8 @@ def test_methods_effects_designs_and_tables_are_summed_up() -> None:
     assert of_effect(own) == "The finger gets 21 µm at most."
     own.envelope_error_db = 9.6
     assert of_effect(own).endswith("at most. Its loud and soft parts are off by up to 10 dB.")
+    own.bias_um = 11.3
+    assert of_effect(own).endswith("bias moves the finger by 11 µm before and after.")
     found = {"finger_um": None, "second_finger_20mm_db": 17.0}
     assert of_design(found, for_fingers={}).startswith("It focuses: within tolerances another")
     found |= {"second_finger_20mm_db": -1.36, "finger_um": 3.04}

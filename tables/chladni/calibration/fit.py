@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from chladni.calibration.coils_known import MOST_TRIM_DB, with_coils_known
 from chladni.calibration.flux import MotionReadings, drawn_inductances, drawn_motion, motion_of
+from chladni.calibration.parameters import Parameter, parameters_of
 from chladni.calibration.sensing import CoilReadings
 from chladni.calibration.slopes import compliance_slopes
 from chladni.calibration.unknowns import Unknowns, unknowns_of
@@ -31,12 +32,12 @@ MOST_STEPS = 30
 HELD_BY = ("foam", "screws", "feet")
 STARTS = (-1.5, -0.75, 0.0, 0.75, 1.5)
 """Standard deviations of what holds the board, from which a search may begin."""
+LOOSE = -24.0
+"""Deviations of a foot that does not touch, 0.4 % of it; of a tenth it is found without."""
 ENOUGH = 0.03
 """Share of what is left that a step must still take away."""
 DIFFERENCE = 0.05
 """Of the logarithm of screws' stiffness or the sheet's, over which a slope is taken."""
-INTERVAL = 1.96
-"""Standard deviations of 95 %."""
 UNLIKE = 5.0
 """RMS of what is left over the noise, above which no board that may come out reads like this."""
 FEWEST = 3
@@ -46,41 +47,6 @@ FAR_OFF, FAR_AWAY = 4.0, 6.0
 noise is left, as a finger on the board leaves more. Those of tolerances end at 1.7. Patches of
 stiff foam that are smaller than those that are fitted look like a coil that lies elsewhere: 4.6
 deviations on one of 32 boards of `pad16`, whose decibels all came back."""
-INEXACT, UNFITTED = 0.01, {"foam": 0.04, "sheet's loss": 0.04}
-"""Deviations of a value's logarithm that no covariance knows of: fields that are not exact, and
-patches of foam that are smaller than those that are fitted."""
-BESIDE_FOAM = 0.1
-"""The same of the sheet's loss on foam, which loses most: with 0.04 intervals held 37 of 45."""
-TOLD_APART = 0.7
-"""Of its spread before, that a value's must be below to count as measured."""
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """One value as it was found.
-
-    Attributes
-    ----------
-    name
-        In words.
-    value, low, high
-        Over the drawn one, with its 95 % interval.
-    told
-        Whether the readings tell it; else it is what was believed before, or goes with others.
-    """
-
-    name: str
-    value: float
-    low: float
-    high: float
-    told: bool
-
-    @classmethod
-    def of_logarithm(cls, name: str, value: float, deviation: float, told: bool) -> Parameter:
-        """Of a ratio whose logarithm is known with this deviation."""
-        reach = INTERVAL * deviation
-        found, low, high = np.exp((value, value - reach, value + reach)).tolist()
-        return cls(name, found, low, high, told)
 
 
 @dataclass(frozen=True)
@@ -135,8 +101,7 @@ def fit_board(board: Board, readings: CoilReadings, progress: Report | None = No
     unknowns = unknowns_of(board)
     with one_blas_thread():
         search = _Search(unknowns, readings, progress)
-        solved = search.solve(search.start())
-    left = search.left(solved)
+        solved, left = search.find()
     check_this_board(unknowns, solved, left)
     with one_blas_thread():
         covariance = search.covariance(solved)
@@ -183,11 +148,31 @@ class _Search:
         self.steps = 0
         self._last: tuple[bytes, Board, list[OpenCoils]] | None = None
 
-    def start(self) -> FloatArray:
+    def find(self) -> tuple[FloatArray, float]:
+        """The most likely values, and what they leave.
+
+        Where no board reads like this, one foot after the other is let go of: from feet that all
+        touch no small step leads to one that does not, and its neighbours seem to be reversed.
+        """
+        found = self.solve(self.start())
+        left, feet = self.left(found), self._unknowns.foot_values
+        for foot in range(feet.start, feet.stop):
+            if left <= UNLIKE:
+                break
+            wiring = self.wiring
+            loose = self.solve(self.start(foot))
+            if self.left(loose) < left:
+                found, left = loose, self.left(loose)
+            else:
+                self.wiring = wiring
+                self._motion = self._of_motion()
+        return found, left
+
+    def start(self, loose: int | None = None) -> FloatArray:
         """Values to begin with, and how coils are wired: by the foam under which both fit best.
 
         On foam twice as stiff a neighbour may move the other way: signs are told with it or not at
-        all.
+        all. `loose` is the value of a foot that hardly touches.
         """
         unknowns, best = self._unknowns, -np.inf
         omega = 2.0 * np.pi * self._readings.frequencies_hz[:, None, None]
@@ -196,6 +181,8 @@ class _Search:
         scales = [name for name in HELD_BY if name in unknowns.scales]
         for off in STARTS if scales else (0.0,):
             trial = np.zeros(unknowns.mean.size)
+            if loose is not None:
+                trial[loose] = LOOSE
             trial[[unknowns.scales.index(name) for name in scales]] = off
             expected = self.expected(self._values(trial)) + flux
             wiring = find_wiring(unknowns.board, self._readings, expected)
@@ -325,25 +312,3 @@ class _Search:
         every = self._motion.by_deviations(every).reshape(values.size, -1)
         data = every.T * unknowns.spread
         return np.concatenate((data, np.eye(values.size)))
-
-
-def parameters_of(
-    unknowns: Unknowns, values: FloatArray, covariance: FloatArray, inexact: float = INEXACT
-) -> Iterator[Parameter]:
-    """What was found of the whole board; foam is the mean of all its patches.
-
-    Of the first of the unknowns' values, as many as were fitted. `inexact` is the least deviation
-    of each one's logarithm that no covariance knows of.
-    """
-    for row, name in enumerate(unknowns.scales):
-        takes = np.zeros(values.size)
-        takes[row] = 1.0
-        if name == "foam" and unknowns.patches:
-            takes[unknowns.patch_values] = 1.0 / len(unknowns.patches)
-        value = float(takes @ values)
-        least = max(UNFITTED.get(name, 0.0), inexact)
-        if name == "sheet's loss" and "foam" in unknowns.scales:
-            least = BESIDE_FOAM
-        own = float(np.hypot(np.sqrt(takes @ covariance @ takes), least))
-        before = float(np.sqrt(takes**2 @ unknowns.spread[: values.size] ** 2))
-        yield Parameter.of_logarithm(name, value, own, own < TOLD_APART * before)

@@ -17,8 +17,9 @@ import scipy
 from numpy.typing import NDArray
 
 from chladni.calibration.coils_known import with_coils_known
-from chladni.calibration.fit import HELD_BY, TOLD_APART, Parameter
+from chladni.calibration.fit import HELD_BY
 from chladni.calibration.hidden import FORCE
+from chladni.calibration.parameters import TOLD_APART, Parameter
 from chladni.calibration.sweep import DAMPING, HeardCoils, sweep_frequencies
 from chladni.calibration.unknowns import UNIFORM, Unknowns, unknowns_of
 from chladni.calibration.wiring import Wiring
@@ -150,7 +151,12 @@ def _sounds_like(
         found = search.compared(scales)
     if found.left > UNLIKE:
         given = f"{100.0 * found.left:.0f} % unexplained"
-        raise InputError("recording", given, f"the sound of {board.name}, as it may come out")
+        hint = "is it this board, and nothing on it?"
+        if len(board.springs) > 1:
+            hint += " Feet are heard as one: does each touch? The coils' own readings tell each"
+        raise InputError(
+            "recording", given, f"the sound of {board.name}, as it may come out", hint=hint
+        )
     wiring = Wiring.of_forces(found.forces, DEAD)
     forces = np.abs(found.forces) * wiring.signs * strengths(board)
     known = with_coils_known(_with_patches_as_drawn(search.board_at(scales), board), forces)

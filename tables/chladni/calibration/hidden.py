@@ -23,6 +23,7 @@ from chladni.drives.scoring.tolerances import (
 )
 from chladni.drives.scoring.warm_coils import COPPER
 from chladni.sim.board.board import Board
+from chladni.sim.board.catalogue import RUBBER
 from chladni.sim.board.foundation import Patch
 from chladni.sim.board.parts import Plate
 from chladni.sim.errors import InputError
@@ -82,8 +83,8 @@ class HiddenPlate:
     def ratios(self, drawn: Board) -> dict[str, float]:
         """What it really is over the drawn board, by the names of calibration's parameters.
 
-        Foam is the mean of its patches' logarithms, as it is where it is fitted. What one of both
-        boards lacks is left out.
+        Foam is the mean of its patches' logarithms, feet that of theirs, as where they are fitted.
+        What one of both boards lacks is left out.
         """
         true, soft = self.board, with_soft_screws(drawn)
         pairs = {
@@ -91,7 +92,7 @@ class HiddenPlate:
             "modulus": (true.plate.youngs_modulus, drawn.plate.youngs_modulus),
             "sheet's loss": (true.plate.loss_factor, drawn.plate.loss_factor),
             "screws": tuple(sum(one.stiffness for one in own.screws) for own in (true, soft)),
-            "feet": tuple(sum(one.stiffness for one in own.springs) for own in (true, drawn)),
+            "feet": tuple(_even([one.stiffness for one in own.springs]) for own in (true, drawn)),
         }
         if true.foundation is not None and drawn.foundation is not None:
             patches = np.log([own.ratio for own in true.foundation.patches] or [1.0])
@@ -100,6 +101,11 @@ class HiddenPlate:
             losses = [own.sheet_loss_factor for own in (true.foundation, drawn.foundation)]
             pairs["foam's loss"] = (losses[0], losses[1])
         return {name: float(own / of) for name, (own, of) in pairs.items() if own and of}
+
+
+def _even(stiffness: list[float]) -> float:
+    """By the mean of the logarithms; 0 of none."""
+    return float(np.exp(np.mean(np.log(stiffness)))) if stiffness else 0.0
 
 
 def hidden_plate(board: Board, seed: int) -> HiddenPlate:
@@ -171,7 +177,9 @@ def _with_supports(board: Board, rng: np.random.Generator) -> Board:
     board = with_soft_screws(board, stiffness)
     if board.springs:
         stiffness = float(FEET ** rng.uniform(-1.0, 1.0))
-        board = with_feet(board, np.full(len(board.springs), stiffness))
+        # A stream of their own, so that plates of boards without feet stay as they were.
+        each = 1.0 + RUBBER * rng.spawn(1)[0].uniform(-1.0, 1.0, len(board.springs))
+        board = with_feet(board, stiffness * each)
     own = board.foundation
     low, high = np.log((FOAM_SOFTEST, FOAM_STIFFEST))
     even = float(np.exp(rng.uniform(low, high)))

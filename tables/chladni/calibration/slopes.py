@@ -16,7 +16,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.calibration.unknowns import Unknowns
+from chladni.calibration.unknowns import Unknowns, uneven_feet
 from chladni.drives.fingers.responses import interpolated
 from chladni.drives.scoring.tolerances import with_moved_coils
 from chladni.sim.board.board import Board
@@ -80,18 +80,32 @@ def compliance_slopes(
 def patch_slopes(board: Board, first: ComplexArray, second: ComplexArray) -> list[ComplexArray]:
     """∂ by the logarithm of each patch's stiffness of what a newton at one place does at another.
 
-    Of fields (fields, nx, ny) of newtons at both, every one of the first with every one of the
-    second.
+    And of each foot's. Of fields (fields, nx, ny) of newtons at both, every one of the first with
+    every one of the second.
     """
+    found: list[ComplexArray] = []
     geometry = plate_geometry(board)
     layer = geometry.foundation
-    if layer is None or not layer.patches:
-        return []
-    one, other = (own.reshape(len(own), -1) for own in (first, second))
-    grid = np.meshgrid(board.x, board.y, indexing="ij")
-    stiffness = (1.0 + 1j * layer.loss_factor) * _foundation(geometry, grid) * _areas(board)
-    shares = patch_weights(layer.patches, *grid)
-    return [np.asarray(-(one * (stiffness * own).ravel()) @ other.T) for own in shares]
+    if layer is not None and layer.patches:
+        one, other = (own.reshape(len(own), -1) for own in (first, second))
+        grid = np.meshgrid(board.x, board.y, indexing="ij")
+        stiffness = (1.0 + 1j * layer.loss_factor) * _foundation(geometry, grid) * _areas(board)
+        shares = patch_weights(layer.patches, *grid)
+        found += [np.asarray(-(one * (stiffness * own).ravel()) @ other.T) for own in shares]
+    feet = uneven_feet(board)
+    at = np.array([own.at for own in feet]).reshape(-1, 2)
+    one, other = (interpolated(board.x, board.y, own, at) for own in (first, second))
+    return found + [
+        np.asarray(-stiffness * np.outer(one[:, k], other[:, k]))
+        for k, stiffness in enumerate(_of_springs(board, feet))
+    ]
+
+
+def _of_springs(board: Board, feet: Sequence[Spring]) -> ComplexArray:
+    """K (1 + iη) of each, N/m; the plate's η where it has none of its own."""
+    plate = board.section.loss_factor
+    losses = [plate if own.loss_factor is None else own.loss_factor for own in feet]
+    return np.array([own.stiffness for own in feet]) * (1.0 + 1j * np.array(losses))
 
 
 def slopes_at_coils(board: Board, fields: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
@@ -171,15 +185,8 @@ class _Parts:
         return self._of_feet(self._board.springs)
 
     def _of_feet(self, feet: Sequence[Spring]) -> ComplexArray:
-        plate = self._board.section.loss_factor
-        stiffness = np.array(
-            [
-                own.stiffness * (1.0 + 1j * (plate if own.loss_factor is None else own.loss_factor))
-                for own in feet
-            ]
-        )
         moved = self._at_places([own.at for own in feet])
-        return np.asarray(-(moved * stiffness) @ moved.T)
+        return np.asarray(-(moved * _of_springs(self._board, feet)) @ moved.T)
 
     def sheet_loss(self, bending: ComplexArray, screws: ComplexArray) -> ComplexArray:
         """Of what the sheet loses, and with it feet and screws whose file names no loss.
@@ -229,7 +236,7 @@ class _Parts:
         return np.asarray(-(1.0 + 1j * self._loss) * self._integral(self._foundation))
 
     def patches(self) -> list[ComplexArray]:
-        """Of each patch of the foundation."""
+        """Of each patch of the foundation, and of each foot."""
         return patch_slopes(self._board, self._values, self._values)
 
     @property

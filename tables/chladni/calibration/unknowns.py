@@ -31,6 +31,7 @@ from chladni.drives.scoring.tolerances import (
 )
 from chladni.sim.board.board import Board
 from chladni.sim.board.foundation import Patch
+from chladni.sim.board.parts import Spring
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
 
@@ -40,8 +41,8 @@ OF_SPACING, LEAST_PITCH = 0.5, 12e-3
 """Between patches of foam that are told apart: a share of what coils are apart, and m at least."""
 UNIFORM = 1.0 / np.sqrt(3.0)
 """Standard deviation of what is uniform from −1 to 1."""
-MOST_SCALE, MOST_PATCH = 3.0, 2.5
-"""Of a scale's and a patch's logarithm, either way."""
+MOST_SCALE, MOST_PATCH, MOST_FOOT = 3.0, 2.5, 9.0
+"""Of a scale's, a patch's and a foot's logarithm, either way: a foot may not touch."""
 SMALLER = 10
 """Tries with smaller moves before coils stay where they are drawn."""
 SCALES = ("sheet thickness", "modulus", "sheet's loss", "foam", "foam's loss", "screws", "feet")
@@ -51,7 +52,7 @@ feet lack some."""
 
 @dataclass(frozen=True)
 class Unknowns:
-    """The unknowns of one board, as a vector: scales, patches, coils' places, coils' forces.
+    """The unknowns of one board, as a vector: scales, patches, feet, coils' places, coils' forces.
 
     Attributes
     ----------
@@ -75,9 +76,15 @@ class Unknowns:
         return slice(len(self.scales), len(self.scales) + len(self.patches))
 
     @property
+    def foot_values(self) -> slice:
+        """Logarithms of what each foot is over all of them."""
+        first = self.patch_values.stop
+        return slice(first, first + len(uneven_feet(self.board)))
+
+    @property
     def places(self) -> slice:
         """Coils' moves, x and y of each, m."""
-        first = self.patch_values.stop
+        first = self.foot_values.stop
         return slice(first, first + 2 * len(self.board.actuators))
 
     @property
@@ -91,7 +98,11 @@ class Unknowns:
         coils = [own.name for own in self.board.actuators]
         moves = [f"{axis} of {own}" for own in coils for axis in ("x", "y")]
         patches = [f"foam at {x / MM:.0f}, {y / MM:.0f} mm" for x, y in self.patches]
-        return [*self.scales, *patches, *moves, *(f"force of {own}" for own in coils)]
+        feet = [
+            "foot at {:.0f}, {:.0f} mm".format(*(along / MM for along in own.at))
+            for own in uneven_feet(self.board)
+        ]
+        return [*self.scales, *patches, *feet, *moves, *(f"force of {own}" for own in coils)]
 
     def board_at(self, values: FloatArray) -> Board:
         """The board with these values: sheet, foam, screws, feet and places.
@@ -107,7 +118,9 @@ class Unknowns:
         if "screws" in by_name:
             board = with_soft_screws(board, by_name["screws"])
         if "feet" in by_name:
-            board = with_feet(board, np.full(len(board.springs), by_name["feet"]))
+            each = np.exp(np.clip(values[self.foot_values], -MOST_FOOT, MOST_FOOT))
+            feet = each if each.size else np.ones(len(board.springs))
+            board = with_feet(board, by_name["feet"] * feet)
         plate = replace(
             board.plate,
             thickness=board.plate.thickness * by_name["sheet thickness"],
@@ -143,6 +156,11 @@ def _with_moves(board: Board, moves: FloatArray) -> Board:
     return board
 
 
+def uneven_feet(board: Board) -> tuple[Spring, ...]:
+    """Feet that may differ from one another; one alone is all of them."""
+    return board.springs if len(board.springs) > 1 else ()
+
+
 def unknowns_of(board: Board) -> Unknowns:
     """What of a board is not known, before anything was measured."""
     ratio = np.log(FOAM_STIFFEST / FOAM_SOFTEST) / 2.0
@@ -166,7 +184,7 @@ def unknowns_of(board: Board) -> Unknowns:
     patches = _patch_places(board) if is_patchy else ()
     count = len(board.actuators)
     pairs = [known[name] for name in scales]
-    pairs += [(0.0, float(np.log1p(PATCH)) * UNIFORM)] * len(patches)
+    pairs += [(0.0, float(np.log1p(PATCH)) * UNIFORM)] * (len(patches) + len(uneven_feet(board)))
     pairs += [(0.0, COIL_PLACE * UNIFORM)] * (2 * count) + [(0.0, FORCE * UNIFORM)] * count
     mean, spread = np.array(pairs).T
     return Unknowns(board, scales, patches, mean, spread)

@@ -44,6 +44,8 @@ LONG_INCHES, SHORT_INCHES = 5.6, 3.8
 """Of a picture of a board, at most: along its long side and across."""
 FRAME_INCHES = (1.6, 1.0)
 """Around it: axes, their labels, a scale of colours."""
+TITLE_INCHES = 0.9
+"""Above and below pictures that stand below each other: a title of three lines, and marks."""
 FORMATS = (".png", ".svg", ".pdf")
 UNDATED = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
 """Metadata without the time, by format."""
@@ -99,7 +101,7 @@ def pictures(board: Board, count: int) -> tuple[Figure, list[Axes]]:
     """A figure with pictures of a board, side by side, or below each other if it is wide."""
     width, height = picture_inches(board)
     if is_wide(board):
-        size = (width + FRAME_INCHES[0], count * (height + FRAME_INCHES[1]))
+        size = (width + FRAME_INCHES[0], count * (height + FRAME_INCHES[1]) + TITLE_INCHES)
     else:
         size = (count * (width + FRAME_INCHES[0]), height + FRAME_INCHES[1])
     figure = Figure(figsize=size, layout="constrained")

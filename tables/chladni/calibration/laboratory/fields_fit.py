@@ -14,7 +14,7 @@ import scipy
 from numpy.typing import NDArray
 
 from chladni.calibration.coils_known import with_coils_known
-from chladni.calibration.fit import HELD_BY, Parameter
+from chladni.calibration.fit import HELD_BY
 from chladni.calibration.laboratory.fields_compared import (
     ComparedFields,
     factors,
@@ -24,6 +24,7 @@ from chladni.calibration.laboratory.fields_compared import (
 )
 from chladni.calibration.laboratory.measured_fields import MeasuredFields
 from chladni.calibration.laboratory.refined_fields import RefinedFit, weight
+from chladni.calibration.parameters import Parameter
 from chladni.calibration.wiring import Wiring
 from chladni.drives.problem.threads import one_blas_thread
 from chladni.sim.board.board import Board
@@ -168,7 +169,8 @@ class _Search:
         if left > UNLIKE:
             given = f"{100.0 * left:.0f} % unexplained"
             expected = f"fields of {name}, as it may come out"
-            raise InputError("responses", given, expected)
+            hint = "is it this board, and nothing on it?"
+            raise InputError("responses", given, expected, hint=hint)
 
     def _starts(self) -> list[FloatArray]:
         """On soft, usual and stiff supports."""

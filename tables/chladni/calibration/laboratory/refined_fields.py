@@ -12,7 +12,6 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from chladni.calibration.fit import Parameter, parameters_of
 from chladni.calibration.laboratory.fields_compared import (
     ComparedFields,
     rms,
@@ -20,6 +19,7 @@ from chladni.calibration.laboratory.fields_compared import (
     slopes_by,
     stacked,
 )
+from chladni.calibration.parameters import Parameter, parameters_of
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

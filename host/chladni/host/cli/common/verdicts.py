@@ -277,6 +277,7 @@ def of_methods(entries: Sequence[Mapping[str, Any]], best: Mapping[str, Any]) ->
     )
 
 
+BIAS_SHARE = 0.25
 OFF_DB = 2.0 * NOTICED_DB
 """Of an effect's level over time, from which it is another one; docs/effects.md has 2.5 at most."""
 
@@ -289,7 +290,9 @@ def of_effect(played: PlayedEffect) -> str:
         feels = "feels" if least is not None and other > least else "does not feel"
         own += f", the other {decibels_less(played.isolation_db)}, which a resting finger {feels}"
     if off_db is not None and off_db > OFF_DB:
-        return f"{own}. Its loud and soft parts are off by up to {off_db:.0f} dB."
+        own += f". Its loud and soft parts are off by up to {off_db:.0f} dB"
+    if played.bias_um is not None and played.bias_um > BIAS_SHARE * played.peak_um:
+        own += f". Its switches' bias moves the finger by {played.bias_um:.2g} µm before and after"
     return f"{own}."
 
 

@@ -137,7 +137,7 @@ def result(
         },
     )
     board = found.board
-    waves = of_waves(board) if board.fingers is not None else ""
+    waves = of_waves(board)
     foam = foam_of(board.foundation) if board.foundation else ""
     remarks = (
         verdict,

@@ -10,12 +10,13 @@ from pathlib import Path
 import numpy as np
 import typer
 
-from chladni.calibration.fit import Parameter, fit_board
+from chladni.calibration.fit import fit_board
 from chladni.calibration.hearing import fit_sound
 from chladni.calibration.hidden import HiddenPlate
 from chladni.calibration.laboratory.fields_fit import fit_fields
 from chladni.calibration.laboratory.measured_fields import MeasuredFields, joined
 from chladni.calibration.laboratory.measured_files import fields_csv, read_measured
+from chladni.calibration.parameters import Parameter
 from chladni.calibration.readings_file import load_readings, readings_file
 from chladni.calibration.recorder import record_hidden
 from chladni.calibration.sensing import CoilReadings

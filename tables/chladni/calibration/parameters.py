@@ -1,0 +1,73 @@
+"""Values of a whole board as they were found, each with its interval."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.calibration.unknowns import Unknowns
+
+FloatArray = NDArray[np.float64]
+
+INTERVAL = 1.96
+"""Standard deviations of 95 %."""
+INEXACT, UNFITTED = 0.01, {"foam": 0.04, "sheet's loss": 0.04}
+"""Deviations of a value's logarithm that no covariance knows of: fields that are not exact, and
+patches of foam that are smaller than those that are fitted."""
+BESIDE_FOAM = 0.1
+"""The same of the sheet's loss on foam, which loses most: with 0.04 intervals held 37 of 45."""
+TOLD_APART = 0.7
+"""Of its spread before, that a value's must be below to count as measured."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One value as it was found.
+
+    Attributes
+    ----------
+    name
+        In words.
+    value, low, high
+        Over the drawn one, with its 95 % interval.
+    told
+        Whether the readings tell it; else it is what was believed before, or goes with others.
+    """
+
+    name: str
+    value: float
+    low: float
+    high: float
+    told: bool
+
+    @classmethod
+    def of_logarithm(cls, name: str, value: float, deviation: float, told: bool) -> Parameter:
+        """Of a ratio whose logarithm is known with this deviation."""
+        reach = INTERVAL * deviation
+        found, low, high = np.exp((value, value - reach, value + reach)).tolist()
+        return cls(name, found, low, high, told)
+
+
+def parameters_of(
+    unknowns: Unknowns, values: FloatArray, covariance: FloatArray, inexact: float = INEXACT
+) -> Iterator[Parameter]:
+    """What was found of the whole board; foam and feet are means of all patches and feet.
+
+    Of the first of the unknowns' values, as many as were fitted. `inexact` is the least deviation
+    of each one's logarithm that no covariance knows of.
+    """
+    for row, name in enumerate(unknowns.scales):
+        takes = np.zeros(values.size)
+        takes[row] = 1.0
+        parts = {"foam": unknowns.patch_values, "feet": unknowns.foot_values}.get(name, slice(0, 0))
+        takes[parts] = 1.0 / max(parts.stop - parts.start, 1)
+        value = float(takes @ values)
+        least = max(UNFITTED.get(name, 0.0), inexact)
+        if name == "sheet's loss" and "foam" in unknowns.scales:
+            least = BESIDE_FOAM
+        own = float(np.hypot(np.sqrt(takes @ covariance @ takes), least))
+        before = float(np.sqrt(takes**2 @ unknowns.spread[: values.size] ** 2))
+        yield Parameter.of_logarithm(name, value, own, own < TOLD_APART * before)
