@@ -15,7 +15,11 @@ from chladni.effects import Area, Bank, Curve, Effect, Polygon, Tone, shipped_ef
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.bank.pack import pack_bank
 from chladni.effects.bank.unpack import unpack_bank
-from chladni.host.cli.effects.remarks import say_unflattened
+from chladni.host.cli.effects.remarks import (
+    say_less_than_asked,
+    say_short_places,
+    say_unflattened,
+)
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.emulation.recorded_effect import effect_of_bank, recorded_effect, silent_at
 from chladni.sim.errors import InputError
@@ -130,3 +134,18 @@ def test_how_a_bank_is_made_flat_is_said_where_it_matters(
     assert capsys.readouterr().err == ""
     say_unflattened([near, off])
     assert "`chladni effects build --flatten --board B`" in capsys.readouterr().err
+
+
+def test_places_that_allow_less_are_told(capsys: pytest.CaptureFixture[str]) -> None:
+    """Half of the effect's largest sample is asked for: 5 µm, and nine tenths of them will do."""
+    each: Any = [SimpleNamespace(peak_um=um, asked=np.array([0.1, -0.5])) for um in (4.6, 2.0)]
+    say_less_than_asked(each, [10.0, 10.0], "level_um of its area")
+    said = " ".join(capsys.readouterr().err.split())
+    assert said == (
+        "chladni: B gets 2 µm of the 5 that level_um of its area asks for: its place allows no more"
+    )
+    say_less_than_asked(each, [None, 4.0])
+    say_short_places(each, None)
+    assert capsys.readouterr().err == ""
+    say_short_places(each, 10.0)
+    assert "1 of 2 places allow less than the 5 µm that --level-um" in capsys.readouterr().err

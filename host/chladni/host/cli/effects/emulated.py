@@ -63,7 +63,7 @@ def play_emulated(
         play_effect(table, board, effect, own, other_mm=other, **how)
         for effect, own, other in zip(effects, places, _others(places), strict=False)
     ]
-    say_less_than_asked(found, how["level_um"])
+    say_less_than_asked(found, [how["level_um"]] * len(found))
     _draw(figure, found, effects, setup, places)
     if len(found) == 1:
         known = {"effect": effects[0].name} | setup.rows(as_json=as_json)
@@ -89,7 +89,8 @@ def play_emulated_bank(
     Two fingers that press `together` have each the effect of its own area.
     """
     bank = bank_bytes(str(connection.emulated_bank), "--bank")
-    say_off_board(unpack_bank(bank), load_board(connection.board))
+    known = unpack_bank(bank)
+    say_off_board(known, load_board(connection.board))
     presses = [effect_of_bank(bank, one) for one in (places if together else places[:1])]
     setup = setup_of(connection, places, hidden)
     effects = [effect for _, effect, _ in presses]
@@ -108,13 +109,15 @@ def play_emulated_bank(
         for (_, effect, level), own, other in zip(presses, places, _others(places), strict=False)
     ]
     say_unflattened(found)
+    levels_um = {area.name: area.level_um for area in known.areas}
+    say_less_than_asked(found, [levels_um[area] for area, _, _ in presses], "level_um of its area")
     _draw(figure, found, effects, setup, places)
     if together:
         own = [{"area": area} for area, _, _ in presses]
         _tell_two(effects, found, places, own, setup, as_json=as_json)
         return
-    known = {"effect": effects[0].name, "area": presses[0][0]} | setup.rows(as_json=as_json)
-    _tell(known, found[0], setup, as_json=as_json)
+    rows = {"effect": effects[0].name, "area": presses[0][0]} | setup.rows(as_json=as_json)
+    _tell(rows, found[0], setup, as_json=as_json)
 
 
 def play_emulated_pairs(

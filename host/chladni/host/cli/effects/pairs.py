@@ -16,6 +16,7 @@ from chladni.effects.effect import Effect
 from chladni.host.cli.common.options import required
 from chladni.host.cli.common.output import progress_bar
 from chladni.host.cli.device.connection import Connection
+from chladni.host.cli.effects.remarks import say_short_places
 from chladni.host.cli.effects.setup import Setup
 from chladni.host.emulation.played_effect import PlayedEffect, play_effect
 from chladni.sim.board.quantity import MM
@@ -61,6 +62,7 @@ def played_pairs(
             own, other = tuple(place), tuple(beside)
             found.append(play_effect(table, board, effect, own, other_mm=other, **how))
             progress(len(found), count)
+    say_short_places(found, how["level_um"])
     levels, peaks = [one.isolation_db or 0.0 for one in found], [one.peak_um for one in found]
     isolation, is_few = Spread.of(levels), count < FEW_PAIRS
     unfelt = [(one.other_peak_um or 0.0) <= (one.just_felt_um or 0.0) for one in found]

@@ -104,16 +104,35 @@ def say_not_measured(level_um: float | None) -> None:
     )
 
 
-def say_less_than_asked(found: Sequence[PlayedEffect], level_um: float | None) -> None:
-    """Remark on places that do not allow as many micrometres as were asked for."""
-    for name, one in zip("AB", found, strict=False):
-        asked_um = 0.0 if level_um is None else level_um * float(np.abs(one.asked).max())
-        if one.peak_um < ALLOWED * asked_um:
+def say_less_than_asked(
+    found: Sequence[PlayedEffect], levels_um: Sequence[float | None], by: str = "--level-um"
+) -> None:
+    """Remark on places that do not allow as many micrometres as were asked for, of one or two."""
+    for name, one, level_um in zip("AB", found, levels_um, strict=False):
+        if _is_short(one, level_um):
             who = "the finger" if len(found) == 1 else name
             say(
-                f"{who} gets {one.peak_um:.2g} µm of the {asked_um:.2g} that --level-um asks for: "
-                "its place allows no more"
+                f"{who} gets {one.peak_um:.2g} µm of the {_asked_um(one, level_um):.2g} that {by} "
+                "asks for: its place allows no more"
             )
+
+
+def say_short_places(found: Sequence[PlayedEffect], level_um: float | None) -> None:
+    """The same of many places."""
+    short = sum(_is_short(one, level_um) for one in found)
+    if short:
+        say(
+            f"{short} of {len(found)} places allow less than the "
+            f"{_asked_um(found[0], level_um):.2g} µm that --level-um asks for"
+        )
+
+
+def _is_short(played: PlayedEffect, level_um: float | None) -> bool:
+    return played.peak_um < ALLOWED * _asked_um(played, level_um)
+
+
+def _asked_um(played: PlayedEffect, level_um: float | None) -> float:
+    return 0.0 if level_um is None else level_um * float(np.abs(played.asked).max())
 
 
 def say_unflattened(found: Sequence[PlayedEffect]) -> None:
