@@ -109,8 +109,9 @@ def _draw_best(right: Axes, board: Board) -> None:
     right.set_ylim(-long / 2.0 - 2.0, long / 2.0 + 2.0)
     right.set_ylabel("y / mm")
     sheet = f"{board.plate.thickness / MM:g} mm {board.plate.material}".strip()
+    each = ", a colour each," if len(board.actuators) <= len(COLOURS) else ""
     right.set_title(
-        f"{board.name}\n{len(board.actuators)} coils, a colour each, on {sheet}",
+        f"{board.name}\n{len(board.actuators)} coils{each} on {sheet}",
         fontsize=10,
         color=INK,
     )
