@@ -177,7 +177,7 @@ def _with_supports(board: Board, rng: np.random.Generator) -> Board:
     board = with_soft_screws(board, stiffness)
     if board.springs:
         stiffness = float(FEET ** rng.uniform(-1.0, 1.0))
-        # A stream of their own, so that plates of boards without feet stay as they were.
+        # A stream of their own, so that what else is drawn does not depend on how many there are.
         each = 1.0 + RUBBER * rng.spawn(1)[0].uniform(-1.0, 1.0, len(board.springs))
         board = with_feet(board, stiffness * each)
     own = board.foundation

@@ -102,7 +102,7 @@ def patch_slopes(board: Board, first: ComplexArray, second: ComplexArray) -> lis
 
 
 def _of_springs(board: Board, feet: Sequence[Spring]) -> ComplexArray:
-    """K (1 + iη) of each, N/m; the plate's η where it has none of its own."""
+    """Of each, k (1 + iη), N/m; the plate's η where it has none of its own."""
     plate = board.section.loss_factor
     losses = [plate if own.loss_factor is None else own.loss_factor for own in feet]
     return np.array([own.stiffness for own in feet]) * (1.0 + 1j * np.array(losses))

@@ -277,9 +277,9 @@ def of_methods(entries: Sequence[Mapping[str, Any]], best: Mapping[str, Any]) ->
     )
 
 
-BIAS_SHARE = 0.25
-OFF_DB = 2.0 * NOTICED_DB
-"""Of an effect's level over time, from which it is another one; docs/effects.md has 2.5 at most."""
+BIAS_SHARE, OFF_DB = 0.25, 2.0 * NOTICED_DB
+"""Of an effect's peak, from which a bias is told. Of its level over time, from which it is another
+one: docs/effects.md has 2.5 at most."""
 
 
 def of_effect(played: PlayedEffect) -> str:

@@ -120,6 +120,7 @@ def play(
     of_emulated: dict[str, Any] = {"newtons": press, "rested": rested, "as_json": as_json}
     if pairs is not None:
         given = {"--at": at, "--other": other, "--other-effect": other_effect, "--figure": figure}
+        given["--together"] = together or None
         check_pairs(connection, effect, [option for option, value in given.items() if value])
         play_emulated_pairs(connection, _read(effect), pairs, hidden, **how, **of_emulated)
         return
