@@ -119,8 +119,8 @@ def play(
     how: dict[str, Any] = {"level": float(10.0 ** (level_db / 20.0)), "level_um": level_um}
     of_emulated: dict[str, Any] = {"newtons": press, "rested": rested, "as_json": as_json}
     if pairs is not None:
-        given = {"--at": at, "--other": other, "--other-effect": other_effect, "--figure": figure}
-        given["--together"] = together or None
+        given: dict[str, object] = {"--at": at, "--other": other, "--other-effect": other_effect}
+        given |= {"--figure": figure, "--together": together}
         check_pairs(connection, effect, [option for option, value in given.items() if value])
         play_emulated_pairs(connection, _read(effect), pairs, hidden, **how, **of_emulated)
         return
