@@ -157,6 +157,7 @@ def test_show_says_what_a_panel_does(chladni: CommandLine, tmp_path: Path) -> No
     path.write_text(text.replace(line, "film_mm = 0.125"), "utf-8")
     shown = chladni("board", "show", path, "--json")
     assert shown.json["panel"]["stiffness_ratio"] == pytest.approx(4.9, abs=0.1)
+    assert [shown.json["panel"][f"senses_{axis}_mm"] for axis in "xy"] == 2 * [[-25.0, 25.0]]
     assert shown.json["sheet"] == "FR4, 50 × 50 × 0.1 mm"
     assert "4.9 times as stiff" in shown.err
     assert "or place 'in' or 'beside'" in shown.err

@@ -57,6 +57,7 @@ from chladni.host.manufacture.drawing_files import FORMATS, save_drawing
 from chladni.host.manufacture.prices import price_list
 from chladni.host.manufacture.wiring.channels import channels
 from chladni.host.manufacture.wiring.parts import parts_list
+from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board, shipped_boards
 from chladni.sim.board.panel_layer import layered_plate
 from chladni.sim.board.quantity import MM
@@ -101,7 +102,7 @@ def board_show(
         say_vent(loaded)
     layered, wave = layered_plate(loaded), soft_wave(loaded)
     if layered:
-        result["panel"] = panel_report(layered)
+        result["panel"] = panel_report(layered) | _sensed(loaded)
         say_panel(layered, for_several=loaded.is_for_several)
     if wave:
         result["coil_current"] = asdict(wave)
@@ -247,6 +248,14 @@ def board_parts_command(board: BoardArgument, as_json: JsonOption = False) -> No
         "parts": parts,
     }
     answer(result, as_json=as_json, title=f"{loaded.name}: parts")
+
+
+def _sensed(board: Board) -> dict[str, Any]:
+    """From where to where a panel senses fingers, which may be beside the plate or less of it."""
+    if board.panel is None:
+        return {}
+    spans = [[round(end / MM, 2) for end in ends] for ends in board.panel.area]
+    return {"senses_x_mm": spans[0], "senses_y_mm": spans[1]}
 
 
 def _of_prices(low: float, high: float, without: Mapping[str, str | None]) -> str:
