@@ -120,7 +120,7 @@ def score_figure(board: Board, score: Score, verdict: str = "") -> Figure:
             bar = figure.colorbar(
                 image, ax=axes, shrink=0.8, extend="both" if is_level else "neither"
             )
-            bar.ax.set_title(unit, fontsize=9, pad=10.0)
+            bar.set_label(unit, rotation=0, labelpad=6.0, ha="left")
             for level in (-NOTICED_DB, NOTICED_DB) if is_level else ():
                 bar.ax.axhline(level, color=INK, linewidth=1.0)
         if score.places <= LABELLED and inch * min(score.maps.cell_mm) * MM >= ROOM:
