@@ -161,8 +161,8 @@ class _Search:
                 break
             wiring = self.wiring
             loose = self.solve(self.start(foot))
-            if self.left(loose) < left:
-                found, left = loose, self.left(loose)
+            if (remains := self.left(loose)) < left:
+                found, left = loose, remains
             else:
                 self.wiring = wiring
                 self._motion = self._of_motion()

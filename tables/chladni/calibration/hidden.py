@@ -95,17 +95,17 @@ class HiddenPlate:
             "feet": tuple(_even([one.stiffness for one in own.springs]) for own in (true, drawn)),
         }
         if true.foundation is not None and drawn.foundation is not None:
-            patches = np.log([own.ratio for own in true.foundation.patches] or [1.0])
-            even = float(np.exp(patches.mean())) * true.foundation.sheet_stiffness
+            patches = _even([own.ratio for own in true.foundation.patches] or [1.0])
+            even = patches * true.foundation.sheet_stiffness
             pairs["foam"] = (even, drawn.foundation.sheet_stiffness)
             losses = [own.sheet_loss_factor for own in (true.foundation, drawn.foundation)]
             pairs["foam's loss"] = (losses[0], losses[1])
         return {name: float(own / of) for name, (own, of) in pairs.items() if own and of}
 
 
-def _even(stiffness: list[float]) -> float:
+def _even(values: list[float]) -> float:
     """By the mean of the logarithms; 0 of none."""
-    return float(np.exp(np.mean(np.log(stiffness)))) if stiffness else 0.0
+    return float(np.exp(np.mean(np.log(values)))) if values else 0.0
 
 
 def hidden_plate(board: Board, seed: int) -> HiddenPlate:

@@ -64,11 +64,11 @@ def recorded_effect(
     slot = 0
     touched_ms = REST_MS + 0.1
     if other_mm is not None:
-        presses_too = levels is None and other_plays
-        if levels is not None and other_plays:
-            _set_signal(emulator, 0, *levels)
-        elif not presses_too:
+        if not other_plays:
             emulator.core.set_voice(0, 0, 0)
+        elif levels is not None:
+            _set_signal(emulator, 0, *levels)
+        presses_too = other_plays and levels is None
         emulator.touch(TouchEvent(touched_ms if presses_too else 1.0, other_mm, 7))
         slot = 1
     words: list[int] = []
