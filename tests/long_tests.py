@@ -138,6 +138,7 @@ LONG = (
     "studio/test_boards.py::test_a_table_is_built_for_what_is_chosen",
     "studio/test_boards.py::test_the_page_moves_a_coil",
     "studio/test_designs.py::test_a_search_tells_its_boards_and_finds_what_python_finds",
+    "studio/test_designs.py::test_a_search_for_several_fingers_is_shown_by_several",
     "studio/test_designs.py::test_the_page_draws_a_front_and_shows_a_board_of_it",
     "studio/test_device.py::test_a_finger_is_lifted_when_the_studio_ends",
     "studio/test_device.py::test_a_port_that_vanishes_is_said_and_the_page_plays_on",

@@ -7,7 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from chladni.design.evaluate import COARSE, NO_NUMBER_DB, completed_board, evaluate, mass_g
+from chladni.design.evaluate import (
+    COARSE,
+    NO_NUMBER_DB,
+    completed_board,
+    evaluate,
+    evaluate_in_full,
+    mass_g,
+)
 from chladni.design.spec import spec_of
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.as_built import score_together
@@ -128,3 +135,11 @@ def test_several_fingers_are_not_to_get_what_one_would_of_a_focus(
         assert lacking > 0.0
     expected = found.terms["fingers_2_db"] - 3.0 * lacking
     assert found.robust_score == pytest.approx(expected, abs=1e-9)
+    # No one finger's focus is worked out where none counts.
+    assert "finger_db" not in found.terms
+    assert evaluate_in_full(spec, SEED, 1, document)[1] is None
+    if not is_told:
+        both = replace(spec, weights={**spec.weights, "finger_db": 0.0})
+        known = evaluate(both, document, SEED)
+        assert known.terms["fingers_2_db"] == found.terms["fingers_2_db"]
+        assert known.terms["finger_db"] > NO_NUMBER_DB

@@ -48,6 +48,7 @@ def test_time_ends_the_comparison_of_the_last_boards() -> None:
         late = compared(spec, SEED, 1, workers, entries, 8, 0.0, lambda *own: steps.append(own))
     ((best, full),) = late
     assert best.document is document
+    assert full is not None
     assert full.second_finger_20mm_db is not None
     assert steps == [(8 + boards_more(spec, 1),) * 2]
     found = Design(best, full, 8, (best,), 1.0, SEED, 1, left_out=1)

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
+from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE
 from chladni.sim.board.board import Board
 from chladni.sim.errors import ArgumentError
 from chladni.sim.image import metrics
 from chladni.sim.image.finger import fields_under_finger, pressing_stiffness
+from chladni.sim.ritz.solver import Solver
 from conftest import shipped_board
 
 APART = 16e-3
@@ -70,6 +73,29 @@ def test_many_sets_are_each_set_alone(solved: SolvedBoard) -> None:
         np.testing.assert_allclose(many.shares(drives), alone.shares(drives), rtol=1e-9)
         one, other = many.means(drives), alone.means(drives)
         assert np.abs(one - other).max() < 1e-9 * np.abs(other).max()
+
+
+def test_fingers_take_no_matrices_that_coils_did_not(
+    board: Board, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What fingers do is as exact as what coils do, whatever that was to be."""
+    made = []
+
+    class Counted(Solver):
+        def __init__(self, *given: Any) -> None:
+            made.append(given)
+            super().__init__(*given)
+
+    monkeypatch.setattr("chladni.sim.ritz.plate.Solver", Counted)
+    targets = [(0.0, 20.0), (2.0, -11.0)]
+    rough = SolvedBoard.of(board, DRAWN_TOLERANCE)
+    coils = len(made)
+    found = rough.under_finger(targets)
+    assert len(made) == coils > 0
+    exact = SolvedBoard.of(board, 0.01 * DRAWN_TOLERANCE).under_finger(targets)
+    assert len(made) > coils
+    off = np.linalg.norm(found - exact, axis=(1, 2)) / np.linalg.norm(exact, axis=(1, 2))
+    assert np.all(off < DRAWN_TOLERANCE)
 
 
 def test_shares_are_root_mean_squares_and_isolation_their_ratio() -> None:

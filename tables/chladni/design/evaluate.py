@@ -13,7 +13,7 @@ import numpy as np
 from chladni.design.keep_out import KeepOut, KeptFoot, kept_feet
 from chladni.design.layouts import Place, closest
 from chladni.design.pins import of_its_driver
-from chladni.design.spec import BUILT_TERMS, FINGER_LEVEL, FINGER_TERMS, Spec
+from chladni.design.spec import BUILT_TERMS, FINGER_LEVEL, FINGER_TERMS, FOCUS_TERMS, Spec
 from chladni.design.variables import Document, filled
 from chladni.drives.scoring.as_built import score_together
 from chladni.drives.scoring.board_score import BoardScore, score_board
@@ -107,18 +107,27 @@ def evaluate(spec: Spec, document: Document, seed: int) -> Evaluation:
     if over:
         return _unfit(over, "")
     try:
-        score = score_board(
-            board,
-            pitch=spec.settings.pitch,
-            samples=spec.settings.samples,
-            seed=seed,
-            tolerance=DRAWN_TOLERANCE,
-            as_tables=False,
-        )
+        focus = _focus(spec, board, spec.settings.samples, seed, as_tables=False)
         more = costly_terms(spec, board, spec.settings.samples, seed)
     except ChladniError as error:
         return _unfit({}, str(error))
-    return weighed(spec, board, score, more)
+    return _weighed(spec, board, focus, more)
+
+
+def _focus(
+    spec: Spec, board: Board, samples: int, seed: int, *, as_tables: bool
+) -> BoardScore | None:
+    """One finger's, where the SPEC weighs it: it takes as long as all else of a board."""
+    if board.is_for_several and not FOCUS_TERMS & spec.weights.keys():
+        return None
+    return score_board(
+        board,
+        pitch=spec.settings.pitch,
+        samples=samples,
+        seed=seed,
+        tolerance=DRAWN_TOLERANCE,
+        as_tables=as_tables,
+    )
 
 
 def judged(spec: Spec, seed: int, task: tuple[str, Document]) -> dict[str, Any]:
@@ -130,12 +139,12 @@ def judged(spec: Spec, seed: int, task: tuple[str, Document]) -> dict[str, Any]:
 
 def evaluate_in_full(
     spec: Spec, seed: int, samples: int, document: Document
-) -> tuple[Evaluation, BoardScore]:
+) -> tuple[Evaluation, BoardScore | None]:
     """A board scored as `board score` and `fingers` would at the same pitch, on its own image."""
-    board, pitch = completed_board(document), spec.settings.pitch
-    score = score_board(board, pitch=pitch, samples=samples, seed=seed, tolerance=DRAWN_TOLERANCE)
+    board = completed_board(document)
+    focus = _focus(spec, board, samples, seed, as_tables=True)
     more = costly_terms(spec, board, samples, seed, sets=SETS)
-    return weighed(spec, board, score, more), score
+    return _weighed(spec, board, focus, more), focus
 
 
 def costly_terms(
@@ -177,19 +186,20 @@ def _built_terms(spec: Spec, board: Board, samples: int, seed: int) -> dict[str,
     }
 
 
-def weighed(spec: Spec, board: Board, score: BoardScore, more: tuple[Terms, Terms]) -> Evaluation:
+def _weighed(
+    spec: Spec, board: Board, focus: BoardScore | None, more: tuple[Terms, Terms]
+) -> Evaluation:
     """A board's score by the weights of a SPEC; `more` as of `costly_terms`."""
-    assert score.perturbed is not None
-    nominal, robust = (
-        {**terms_of(board, one), **own}
-        for one, own in zip((score, score.perturbed), more, strict=True)
-    )
+    nominal, robust = ({**_costs(board), **own} for own in more)
+    if focus is not None:
+        assert focus.perturbed is not None
+        nominal |= terms_of(focus)
+        robust |= terms_of(focus.perturbed)
     level, least = least_um(spec, board)
     floor = 20.0 * np.log10(max(least, 1e-12))
-    is_coil = score.perturbed.finger_um is not None
 
-    def total(terms: Mapping[str, float]) -> float:
-        lacking = max(floor - terms[level], 0.0) if is_coil else 0.0
+    def total(terms: Terms) -> float:
+        lacking = max(floor - terms[level], 0.0) if board.coil is not None else 0.0
         found = sum(weight * terms[name] for name, weight in spec.weights.items())
         return found - TOO_WEAK * lacking
 
@@ -208,8 +218,17 @@ def least_um(spec: Spec, board: Board) -> tuple[str, float]:
     return "finger_db", LEAST_UM if asked is None else asked
 
 
-def terms_of(board: Board, statistics: FocusStatistics) -> dict[str, float]:
-    """What weights are for, the larger the better."""
+def _costs(board: Board) -> Terms:
+    """Terms that are of no finger, the larger the better."""
+    return {
+        "coils": -float(len(board.actuators)),
+        "area_cm2": -float(np.prod(board.plate.size)) * 1e4,
+        "mass_g": -mass_g(board),
+    }
+
+
+def terms_of(statistics: FocusStatistics) -> Terms:
+    """What weights on one finger's focus are for, the larger the better."""
 
     def low(spread: Spread | None) -> float:
         return spread.p10 if spread else NO_NUMBER_DB
@@ -222,9 +241,6 @@ def terms_of(board: Board, statistics: FocusStatistics) -> dict[str, float]:
         "second_finger_25mm_db": low(statistics.second_finger_25mm_db),
         "finger_db": _micrometres_db(um),
         "focal_error_mm": -statistics.focal_error_mm.p90,
-        "coils": -float(len(board.actuators)),
-        "area_cm2": -float(np.prod(board.plate.size)) * 1e4,
-        "mass_g": -mass_g(board),
     }
 
 

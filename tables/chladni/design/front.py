@@ -43,10 +43,9 @@ class Entry:
     def summary(self) -> dict[str, Any]:
         """For people: numbers on boards that are off by their tolerances, 10th percentiles.
 
-        Of several fingers, where the SPEC weighs that, and of one alone.
+        Of several fingers and of one alone, where the SPEC weighs them.
         """
         terms = self.evaluation.terms
-        db = terms["finger_db"]
         several = {
             name: terms[name]
             for name in FINGER_TERMS
@@ -58,12 +57,33 @@ class Entry:
         return several | {
             "coils": round(-terms["coils"]),
             "area_cm2": round(-terms["area_cm2"], 3),
-            "second_finger_20mm_db": terms["second_finger_20mm_db"],
-            "finger_um": float(10.0 ** (db / 20.0)) if db > NO_NUMBER_DB else None,
+            **_alone(terms),
             "mass_g": -terms["mass_g"],
             "robust_score": self.evaluation.robust_score,
             "score": self.evaluation.score,
         }
+
+
+def _alone(terms: Mapping[str, float]) -> dict[str, float | None]:
+    """Of one finger alone, where the SPEC weighs its focus."""
+    if "finger_db" not in terms:
+        return {}
+    db = terms["finger_db"]
+    return {
+        "second_finger_20mm_db": terms["second_finger_20mm_db"],
+        "finger_um": float(10.0 ** (db / 20.0)) if db > NO_NUMBER_DB else None,
+    }
+
+
+def shown_goals(summaries: Sequence[Mapping[str, Any]]) -> tuple[int, str, str]:
+    """By what people compare boards: for how many fingers, how far apart these are, micrometres.
+
+    The latter two as keys of the boards' summaries.
+    """
+    for name, count in FINGER_TERMS.items():
+        if summaries and all(name in one for one in summaries):
+            return count, name, "fingers_um"
+    return 1, "second_finger_20mm_db", "finger_um"
 
 
 def front_of(entries: Sequence[Entry]) -> tuple[Entry, ...]:
@@ -89,7 +109,7 @@ class Design:
     best
         The best board; its scores are of all draws.
     full
-        All its numbers.
+        All numbers of its focus, where the SPEC weighs one.
     evaluations
         Boards that were looked at, those in the checkpoint included.
     front
@@ -101,7 +121,7 @@ class Design:
     """
 
     best: Entry
-    full: BoardScore
+    full: BoardScore | None
     evaluations: int
     front: tuple[Entry, ...]
     seconds: float

@@ -96,7 +96,7 @@ def compared(
     before: int,
     until: float,
     progress: Progress | None,
-) -> list[tuple[Entry, BoardScore]]:
+) -> list[tuple[Entry, BoardScore | None]]:
     """The last boards with their scores of all draws: the first, and others while there is time.
 
     Parameters

@@ -60,6 +60,8 @@ FINGER_TERMS = {f"fingers_{count}_db": count for count in (2, 3, 4, 5)}
 FINGER_LEVEL = "fingers_um_db"
 COSTS = frozenset({"coils", "area_cm2", "mass_g"})
 """Terms that are of no finger."""
+FOCUS_TERMS = frozenset(TERMS) - COSTS - BUILT_TERMS - {*FINGER_TERMS, FINGER_LEVEL}
+"""And those of one finger's focus."""
 PLAIN_WEIGHTS = {"second_finger_20mm_db": 1.0}
 """Where a SPEC gives none."""
 BESIDE_SETTINGS = ("coils", "keep_out", "symmetric", "weights")

@@ -7,8 +7,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from chladni.design.front import Design
-from chladni.design.spec import FINGER_TERMS
+from chladni.design.front import Design, shown_goals
 from chladni.host.figures.fields import COLOURS, INK, draw_board, explain_marks
 from chladni.host.figures.outlines import outline_of
 from chladni.sim.board.board import Board
@@ -51,8 +50,8 @@ def front_figure(found: Design) -> Figure:
 
 def _draw_front(left: Axes, found: Design) -> None:
     rows = [one.summary for one in found.front]
-    several = next((name for name in FINGER_TERMS if all(name in row for row in rows)), None)
-    up, um = (several, "fingers_um") if several else ("second_finger_20mm_db", "finger_um")
+    fingers, up, um = shown_goals(rows)
+    several = fingers > 1
     has_um = all(row.get(um) is not None for row in rows)
     across = um if has_um else "mass_g"
     counts = sorted({row["coils"] for row in rows})
@@ -80,7 +79,7 @@ def _draw_front(left: Axes, found: Design) -> None:
         "under the finger, µm (10th percentile, within tolerances)" if has_um else "mass, g"
     )
     left.set_ylabel(
-        f"{FINGER_TERMS[several]} fingers apart, dB (10th percentile)"
+        f"{fingers} fingers apart, dB (10th percentile)"
         if several
         else "second finger 20 mm away, dB below"
     )

@@ -175,9 +175,17 @@ class SolvedBoard:
                 yield Problem(self, target, wanted, found.error_estimate, answer)
 
     def under_finger(self, targets_mm: Sequence[tuple[float, float]]) -> ComplexArray:
-        """Fields of one newton under a fingertip at each target, (targets, nx, ny), m/N."""
+        """Fields of one newton under a fingertip at each target, (targets, nx, ny), m/N.
+
+        As exact as the actuators' fields: another tolerance would take matrices of its own.
+        """
         answers = disc_fields(
-            self.board, targets_mm, metrics.FINGERTIP_RADIUS, model=self.model, allow_unmet=True
+            self.board,
+            targets_mm,
+            metrics.FINGERTIP_RADIUS,
+            tolerance=self.fields.tolerance,
+            model=self.model,
+            allow_unmet=True,
         ).values
         return with_coils(self.board, self.fields, answers)
 

@@ -336,7 +336,7 @@ def of_design(found: Mapping[str, Any], *, for_fingers: Mapping[int, float]) -> 
     for_fingers
         Isolation by number of fingers, where a search weighed it.
     """
-    um, each_um = found["finger_um"], found.get("fingers_um")
+    um, each_um = found.get("finger_um"), found.get("fingers_um")
     if for_fingers:
         told = ", ".join(
             f"{number} fingers {db:z.0f} dB apart" for number, db in for_fingers.items()

@@ -93,7 +93,7 @@ def lacking(found: Design, spec: Spec) -> str:
 
 def median(found: Design) -> str:
     """What the middle of all places has of one finger; the search goes by the worst tenth."""
-    kept = found.full.perturbed
+    kept = found.full.perturbed if found.full else None
     db = kept.second_finger_20mm_db if kept else None
     um = kept.finger_um if kept else None
     if db is None:

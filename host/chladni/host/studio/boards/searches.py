@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 from chladni.design.evaluate import completed_board
-from chladni.design.front import Entry, front_of
+from chladni.design.front import Entry, front_of, shown_goals
 from chladni.design.search import design
 from chladni.design.spec import Spec
 from chladni.host.studio.boards.prepared import BoardChoice, page_objective
@@ -191,15 +191,17 @@ class PageSearch:
 
 def _message(search: Search) -> dict[str, Any]:
     """How a design goes: a point for each board that it found, and which of them are the front."""
-    keys = ("finger_um", "second_finger_20mm_db", "coils", "robust_score")
     summaries = [entry.summary for entry in search.entries]
-    rows = [[summary[key] for key in keys] for summary in summaries]
+    fingers, apart, um = shown_goals(summaries)
+    keys = (um, apart, "coils", "robust_score")
+    rows = [[summary.get(key) for key in keys] for summary in summaries]
     return {
         "type": "search",
         "name": search.name,
         "state": search.state,
         "done": search.done,
         "all": search.all,
+        "fingers": fingers,
         "columns": list(keys),
         "boards": rows,
         "front": list(search.front),

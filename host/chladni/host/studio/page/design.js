@@ -43,7 +43,7 @@ export class Design {
     this.view.source.send({ type: "design", name, text });
   }
 
-  shown({ name, state, done, all, boards, front }) {
+  shown({ name, state, done, all, fingers, boards, front }) {
     const { parts } = this.view;
     parts.stop.disabled = state !== RUNNING;
     const none = boards.length === 0 ? ", none of them within the limits" : "";
@@ -51,12 +51,12 @@ export class Design {
     if (state === RUNNING) this.say(done > 0 ? `${name}: ${count}.` : `${name}: comparing layouts.`);
     else if (state === "done" || state === "stopped") this.say(`${name}: ${state}; ${count}.`);
     else this.say(state);
-    this.draw(boards, front);
-    this.list(boards, front);
+    this.draw(fingers, boards, front);
+    this.list(fingers, boards, front);
   }
 
-  // Second finger against micrometres, or against coils on a board without [coil].
-  draw(boards, front) {
+  // How far apart fingers are against micrometres, or against coils on a board without [coil].
+  draw(fingers, boards, front) {
     const { parts } = this.view, svg = parts.front;
     svg.toggleAttribute("hidden", boards.length === 0);
     if (boards.length === 0) return;
@@ -76,16 +76,19 @@ export class Design {
     ].map(([left, top, anchor, value]) => label(left, top, anchor, `${Number(value.toPrecision(3))}`.replace("-", "−")));
     svg.replaceChildren(
       element("path", { class: "axes", d: `M${LEFT} ${TOP}V${BOTTOM}H${RIGHT}` }), ...texts,
-      label((LEFT + RIGHT) / 2, BOTTOM + 30, "middle", hasUm ? "under the finger, µm" : "coils"),
-      label(LEFT + 6, TOP, "start", "second finger 20 mm away, dB less"),
+      label((LEFT + RIGHT) / 2, BOTTOM + 30, "middle", hasUm ? `under ${fingers > 1 ? "each" : "the"} finger, µm` : "coils"),
+      label(LEFT + 6, TOP, "start", fingers > 1 ? `${fingers} fingers apart, dB` : "second finger 20 mm away, dB less"),
       ...dots,
     );
     const best = Math.max(...boards.map(([, db]) => db)).toFixed(1);
-    svg.setAttribute("aria-label", `${boards.length} boards found; the best second finger gets ${best} dB less`);
+    const most = fingers > 1 ? `the best keeps ${fingers} fingers ${best} dB apart` : `the best second finger gets ${best} dB less`;
+    svg.setAttribute("aria-label", `${boards.length} boards found; ${most}`);
   }
 
-  list(boards, front) {
+  list(fingers, boards, front) {
     const { source, parts } = this.view;
+    parts.foundApart.textContent = fingers > 1 ? `${fingers} fingers apart` : "second finger, 20 mm away";
+    parts.foundUm.textContent = fingers > 1 ? "under each finger" : "under the finger";
     parts.found.tBodies[0].replaceChildren(...front.map((index) => {
       const [um, db, coils, score] = boards[index];
       const row = document.createElement("tr"), button = document.createElement("button");
@@ -93,7 +96,7 @@ export class Design {
       button.textContent = "Show";
       button.setAttribute("aria-label", `Show the board with ${coils} coils and ${db.toFixed(1)} dB`);
       button.addEventListener("click", () => source.send({ type: "take", index }));
-      const cells = [coils, `${db.toFixed(1)} dB less`, micrometres(um), score.toFixed(2), button];
+      const cells = [coils, `${db.toFixed(1)} dB${fingers > 1 ? "" : " less"}`, micrometres(um), score.toFixed(2), button];
       row.append(...cells.map((content) => {
         const cell = document.createElement("td");
         cell.append(content);
