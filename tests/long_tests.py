@@ -42,6 +42,7 @@ LONG = (
     "chain/test_template.py::test_the_template_can_be_built_and_scored",
     "design/test_cluster.py",
     "design/test_layouts.py::test_a_quincunx_is_among_the_layouts_that_a_search_begins_with",
+    "design/test_layouts.py::test_layouts_for_several_are_rated_as_their_boards_score",
     "design/test_search.py::test_a_search_with_lists_says_nothing_of_the_boards_it_left_out",
     "design/test_search.py::test_time_ends_layouts_and_the_search_goes_on_from_those_it_used",
     "design/test_search.py::test_more_boards_go_on_from_fewer_and_time_ends_a_search",

@@ -139,7 +139,7 @@ def test_several_fingers_are_not_to_get_what_one_would_of_a_focus(
     assert "finger_db" not in found.terms
     assert evaluate_in_full(spec, SEED, 1, document)[1] is None
     if not is_told:
-        both = replace(spec, weights={**spec.weights, "finger_db": 0.0})
+        both = replace(spec, document=spec.document | {"focus": {}})
         known = evaluate(both, document, SEED)
         assert known.terms["fingers_2_db"] == found.terms["fingers_2_db"]
         assert known.terms["finger_db"] > NO_NUMBER_DB

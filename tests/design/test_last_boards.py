@@ -26,6 +26,10 @@ def test_time_to_compare_the_last_boards_is_kept_back() -> None:
     assert expected_s(spec, 32, 4, [2.0, 3.0, 30.0], 2) == pytest.approx(3.0 * 8.0 * 2.0)
     # With no more draws than in the search a board of the end takes two of them.
     assert expected_s(spec, 1, 3, [2.0], 1) == pytest.approx(12.0)
+    # Of several fingers the end has fewer sets for each draw.
+    several = spec_of(small(design={"samples": 4, "weights": {"fingers_2_db": 1.0}}))
+    assert expected_s(several, 32, 2, [2.0], 2) == pytest.approx(2.0 * 4.0)
+    assert draws_in(2.0 * 4.0, several, 40, 2, [2.0], 2) == 32
 
 
 def test_short_of_time_the_last_boards_get_fewer_draws() -> None:

@@ -8,10 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.linalg
 
-from chladni.design.evaluate import beyond, completed_board, document_of
-from chladni.design.exchange import Plain, best_layouts
-from chladni.design.layouts import (
+from chladni.design.evaluate import beyond, completed_board, document_of, evaluate
+from chladni.design.layouts.exchange import best_layouts
+from chladni.design.layouts.layouts import (
     Layout,
     Orbit,
     candidates,
@@ -20,11 +21,15 @@ from chladni.design.layouts import (
     makeups,
     spread_out,
 )
-from chladni.design.spec import spec_of
+from chladni.design.layouts.plain_plate import PlainPlate
+from chladni.design.layouts.ratings import ANYWHERE, OFF, ApartRating, FocusRating
+from chladni.design.spec import read_spec, spec_of
 from chladni.design.starts import chosen, document_at, layouts_of, point_of, spread_numbers
+from chladni.drives.methods import SEED
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Image, Mass
 from chladni.sim.fields.transfer import transfer_fields
+from conftest import ROOT
 from made_specs import small
 
 
@@ -145,10 +150,10 @@ def test_fields_of_candidates_are_those_of_a_plate_with_their_masses() -> None:
     mass = 0.8e-3
     plain = board_with(places)
     metres = [(1e-3 * x, 1e-3 * y) for x, y in places]
-    found = Plain.of(plain, metres, [(0.0, 0.0)])
+    found = PlainPlate.of(plain, metres)
     omega = 2.0 * np.pi * plain.drive.frequency_hz
-    delta = -(omega**2) * mass
-    got = np.linalg.solve((np.eye(3) + delta * found.at_coils).T, found.fields)
+    found = replace(found, delta=-(omega**2) * mass + 0.0j)
+    got = found.with_coils([0, 1, 2], found.fields)
     points = (7, 17)
     heavy = replace(plain, masses=tuple(Mass(at, mass) for at in metres), image=Image(points))
     wanted = transfer_fields(heavy).values.reshape(3, -1)
@@ -164,7 +169,7 @@ def test_a_layouts_figure_is_the_loudest_far_point_place_by_place(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """With three places in two products, of which the middle one has no far point."""
-    monkeypatch.setattr("chladni.design.exchange.TOGETHER", 2)
+    monkeypatch.setattr("chladni.design.layouts.ratings.TOGETHER", 2)
     rng = np.random.default_rng(1)
     fields = rng.normal(size=(3, 30)) + 1j * rng.normal(size=(3, 30))
     fingers, far = rng.random((3, 30)), (rng.random((3, 30)) < 0.5).astype(float)
@@ -176,10 +181,61 @@ def test_a_layouts_figure_is_the_loudest_far_point_place_by_place(
         drive = np.linalg.solve(form, mean.conj())
         ratio = abs(drive @ mean) / np.max(np.abs(drive @ beside))
         levels.append(20.0 * np.log10(ratio))
-    plain = Plain(fields, np.zeros((3, 3), complex), fingers, far, 0.0j)
+    line = np.zeros(1)
+    plain = PlainPlate(line, line, fields, np.zeros((3, 3), complex), 0.0j)
     wanted = np.quantile(levels, 0.1) + 0.1 * np.median(levels)
     # What is added to the forms' diagonals, a millionth, moves a level by as much.
-    assert plain.figure([0, 1, 2]) == pytest.approx(wanted, abs=1e-3)
+    found = FocusRating(plain, fingers, far).figure([0, 1, 2])
+    assert found == pytest.approx(wanted, abs=1e-3)
+
+
+def test_a_layout_for_several_is_rated_by_the_best_drives_that_there_are() -> None:
+    """Against the largest eigenvalue of each pair's forms, and fields that are off at random."""
+    rng = np.random.default_rng(2)
+    under = rng.normal(size=(3, 8)) + 1j * rng.normal(size=(3, 8))
+    plain = PlainPlate(np.zeros(1), np.zeros(1), under, np.zeros((3, 3), complex), 0.0j)
+    levels, own_um, left = [], [], []
+    for k in range(8):
+        own, other = under[:, k], under[:, (k + 4) % 8]
+        off = OFF**2 * (np.abs(other) ** 2 + ANYWHERE * np.mean(np.abs(under) ** 2))
+        form = np.outer(other.conj(), other) + np.diag(off)
+        values, drives = scipy.linalg.eigh(np.outer(own.conj(), own), form)
+        drive = drives[:, -1]
+        levels.append(10.0 * np.log10(values[-1]))
+        own_um.append(20.0 * np.log10(abs(own @ drive) / np.abs(drive).max()))
+        noise = rng.normal(size=(20_000, 3, 2)) @ [1.0, 1.0j] / np.sqrt(2.0)
+        found = np.mean(np.abs((other + np.sqrt(off) * noise) @ drive) ** 2)
+        left.append(found / (drive.conj() @ form @ drive).real)
+    # 20 000 draws of a mean square of a complex number: 0.7 %.
+    assert np.allclose(left, 1.0, atol=0.03)
+    rating = ApartRating(plain, under, (2.0, 0.5))
+    wanted = 2.0 * np.quantile(levels, 0.1) + 0.5 * np.quantile(own_um, 0.1)
+    assert rating.figure([0, 1, 2]) == pytest.approx(wanted, abs=1e-9)
+
+
+def test_layouts_for_several_are_rated_as_their_boards_score() -> None:
+    """On six soft feet, where the rating for one finger's focus told nothing."""
+    spec = read_spec(ROOT / "boards" / "specs" / "feet5.toml")
+    numbers = spread_numbers(spec, 1)[0]
+    board = completed_board(document_of(spec, numbers, [(0.0, 0.0)]))
+    wide, close = (
+        [(0.0, 0.0), *((x, y) for x in (-a, a) for y in (-b, b))]
+        for a, b in ((47.0, 24.0), (12.0, 12.0))
+    )
+    metres = [(1e-3 * x, 1e-3 * y) for x, y in (*wide, *close)]
+    rating = ApartRating.of(board, PlainPlate.of(board, metres), (1.0, 0.3))
+    assert rating.figure(range(5)) > rating.figure(range(5, 10)) + 6.0
+    best = point_of(layouts_of(spec, (5, numbers))["layouts"][0])
+    first, second, third = (
+        evaluate(spec, document, SEED).robust_score
+        for document in (
+            document_of(spec, numbers, wide),
+            document_of(spec, numbers, close),
+            document_at(spec, best),
+        )
+    )
+    assert first > second + 6.0
+    assert third > second + 3.0  # four random boards tell a score to some 2 dB
 
 
 def test_exchange_finds_the_best_of_all_pairs() -> None:
@@ -187,11 +243,12 @@ def test_exchange_finds_the_best_of_all_pairs() -> None:
     board = board_with([(0.0, -9.0), (0.0, 9.0)])
     offered = candidates((False, True), (0.0, 14e-3), 2e-3, 7e-3)
     places = [place for one in offered for place in one.images]
-    plain = Plain.of(board, places, [(0.0, y) for y in (0.0, 4e-3, 8e-3, 12e-3)])
-    found = best_layouts(plain, offered, 2, 7e-3)
+    along = [(0.0, y) for y in (0.0, 4e-3, 8e-3, 12e-3)]
+    rating = FocusRating.of(board, PlainPlate.of(board, places), along)
+    found = best_layouts(rating, offered, 2, 7e-3)
     rows = np.cumsum([0, *(len(one.images) for one in offered)])
     every = {
-        one.at: plain.figure(range(rows[k], rows[k + 1]))
+        one.at: rating.figure(range(rows[k], rows[k + 1]))
         for k, one in enumerate(offered)
         if len(one.images) == 2
     }

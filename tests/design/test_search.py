@@ -22,7 +22,7 @@ from chladni.design.evaluate import (
 )
 from chladni.design.front import Design, Entry, front_of
 from chladni.design.last_boards import boards_more
-from chladni.design.layouts import Layout
+from chladni.design.layouts.layouts import Layout
 from chladni.design.search import design
 from chladni.design.spec import FINGER_LEVEL, FINGER_TERMS, spec_of
 from chladni.design.variables import filled
@@ -181,7 +181,7 @@ def test_what_finger_um_took_off_a_score_is_told(tmp_path: Path, chladni: Comman
     spec.write_text(tomlkit.dumps(small(**coil)), encoding="utf-8")
     done = chladni("design", spec, "-o", out, "--samples", "1", "--jobs", "1", "--json")
     assert done.code == 0
-    assert "takes as long as some 4 more" in done.err
+    assert "takes as long as some 8 more" in done.err
     assert "to compare the last board, with 1" in done.err
     um = done.json["front"][0]["finger_um"]
     lost = 60.0 * np.log10(500.0 / um)

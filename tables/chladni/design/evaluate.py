@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from chladni.design.keep_out import KeepOut, KeptFoot, kept_feet
-from chladni.design.layouts import Place, closest
+from chladni.design.layouts.layouts import Place, closest
 from chladni.design.pins import of_its_driver
-from chladni.design.spec import BUILT_TERMS, FINGER_LEVEL, FINGER_TERMS, FOCUS_TERMS, Spec
+from chladni.design.spec import BUILT_TERMS, FINGER_LEVEL, FINGER_TERMS, Spec
 from chladni.design.variables import Document, filled
 from chladni.drives.scoring.as_built import score_together
 from chladni.drives.scoring.board_score import BoardScore, score_board
@@ -117,8 +117,8 @@ def evaluate(spec: Spec, document: Document, seed: int) -> Evaluation:
 def _focus(
     spec: Spec, board: Board, samples: int, seed: int, *, as_tables: bool
 ) -> BoardScore | None:
-    """One finger's, where the SPEC weighs it: it takes as long as all else of a board."""
-    if board.is_for_several and not FOCUS_TERMS & spec.weights.keys():
+    """One finger's, but of boards for several: it takes as long as all else of them."""
+    if spec.is_for_several:
         return None
     return score_board(
         board,
@@ -195,7 +195,7 @@ def _weighed(
         assert focus.perturbed is not None
         nominal |= terms_of(focus)
         robust |= terms_of(focus.perturbed)
-    level, least = least_um(spec, board)
+    level, least = least_um(spec)
     floor = 20.0 * np.log10(max(least, 1e-12))
 
     def total(terms: Terms) -> float:
@@ -206,14 +206,14 @@ def _weighed(
     return Evaluation(total(nominal), total(robust), None, robust)
 
 
-def least_um(spec: Spec, board: Board) -> tuple[str, float]:
+def least_um(spec: Spec) -> tuple[str, float]:
     """The term of what a finger gets, and the least of it, µm, at the worst tenth.
 
     A board for several fingers does not play what one would get of a focus: of several, the least
     is what the SPEC says, if it does.
     """
     asked = spec.settings.finger_um
-    if board.is_for_several:
+    if spec.is_for_several:
         return FINGER_LEVEL, asked or 0.0
     return "finger_db", LEAST_UM if asked is None else asked
 

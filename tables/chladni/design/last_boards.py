@@ -1,9 +1,10 @@
 """The last boards of a search, which are scored with all draws: which, and how long it takes.
 
-One of them takes as long as so many boards of the search as it has draws more. For `strip`,
-`phone5` and `phone8`, with eight times the draws, that was 8.2, 6.5 and 8.6 boards. With few draws
-its own finer image and its sets of fingers count: as many draws took 1.3 boards of `strip-open` and
-1.8 of `phone5`, 3.5 times as many 3.5 and 2.8.
+One of them takes as long as so many boards of the search as it has draws more, on its own finer
+image: `strip` took 8.3 boards with eight times the draws, 2.9 with twice as many and 1.9 with as
+many. Several fingers are drawn as often for each draw in the search, and 200 times in all at the
+end: `feet5`, `phone5` and `phone8` took 3.0, 2.7 and 3.3 boards with eight times the draws, 1.6 to
+2.4 with twice as many and 1.4 to 2.1 with as many.
 """
 
 from __future__ import annotations
@@ -26,9 +27,10 @@ FINALISTS = 3
 """Boards that are scored with all draws at the end, besides those of the front."""
 USUAL = 4
 """Boards that a search ends with: the front mostly has one that is not among the finalists."""
-ALONE = 1.5
-"""Boards of the search that one of them takes however few its draws are, and half as much for each
-as has its draws; no less than what was measured."""
+OF_ONE = ((0.0, 1.0), (1.5, 0.5))
+OF_SEVERAL = ((2.0, 0.25),)
+"""Boards of the search that one of them takes: so many however few its draws are, and so many more
+for each time that it has the search's draws; no less than what was measured. Of two the larger."""
 RECENT = 20
 """Boards by which time is estimated: a few minutes of a search."""
 
@@ -47,14 +49,19 @@ def last_boards(entries: Sequence[Entry]) -> list[Entry]:
     return list(chosen.values())
 
 
-def draws_more(spec: Spec, samples: int) -> float:
+def boards_of_one(spec: Spec, samples: float) -> float:
     """How many boards of the search take as long as one of the last ones."""
-    return max(1.0, samples / spec.settings.samples)
+    share = max(1.0, samples / spec.settings.samples)
+    return max(fixed + more * share for fixed, more in _lines(spec))
+
+
+def _lines(spec: Spec) -> Sequence[tuple[float, float]]:
+    return OF_SEVERAL if spec.is_for_several else OF_ONE
 
 
 def boards_more(spec: Spec, samples: int) -> int:
     """How many boards of the search take as long as the end usually does."""
-    return round(USUAL * draws_more(spec, samples))
+    return round(USUAL * boards_of_one(spec, samples))
 
 
 def expected_s(spec: Spec, samples: int, count: int, seconds: Sequence[float], jobs: int) -> float:
@@ -63,8 +70,7 @@ def expected_s(spec: Spec, samples: int, count: int, seconds: Sequence[float], j
     The last ones count: a machine may have got other work since the search began.
     """
     board_s = float(np.median(seconds[-RECENT:])) if seconds else 0.0
-    share = draws_more(spec, samples)
-    return board_s * max(share, ALONE + share / 2.0) * math.ceil(count / jobs)
+    return board_s * boards_of_one(spec, samples) * math.ceil(count / jobs)
 
 
 def boards_in(left_s: float, seconds: Sequence[float], jobs: int) -> int | None:
@@ -79,11 +85,11 @@ def draws_in(
     left_s: float, spec: Spec, samples: int, count: int, seconds: Sequence[float], jobs: int
 ) -> int:
     """Random boards of each of so many last boards, for which there is time: up to `samples`."""
-    own_s = expected_s(spec, spec.settings.samples, count, seconds, jobs) / (ALONE + 0.5)
     fewest = min(spec.settings.samples, samples)
-    if own_s <= 0.0:
+    one_s = expected_s(spec, fewest, count, seconds, jobs) / boards_of_one(spec, fewest)
+    if one_s <= 0.0:
         return samples
-    share = min(left_s / own_s, 2.0 * (left_s / own_s - ALONE))
+    share = min((left_s / one_s - fixed) / more for fixed, more in _lines(spec))
     return int(np.clip(share * spec.settings.samples, fewest, samples))
 
 

@@ -40,8 +40,7 @@ COILS = 64
 MOST_EVALUATIONS = 1_000_000
 SPACING = 8e-3
 """m between coils where neither winding nor magnet is given."""
-GAP_MM = 0.5
-"""Between windings, or magnets, side by side."""
+GAP_MM = 0.5  # between windings, or magnets, side by side
 TERMS = (
     "second_finger_db", "second_finger_16mm_db", "second_finger_20mm_db", "second_finger_25mm_db",
     "finger_db", "focal_error_mm", "coils", "area_cm2", "mass_g", "built_20mm_db",
@@ -60,8 +59,6 @@ FINGER_TERMS = {f"fingers_{count}_db": count for count in (2, 3, 4, 5)}
 FINGER_LEVEL = "fingers_um_db"
 COSTS = frozenset({"coils", "area_cm2", "mass_g"})
 """Terms that are of no finger."""
-FOCUS_TERMS = frozenset(TERMS) - COSTS - BUILT_TERMS - {*FINGER_TERMS, FINGER_LEVEL}
-"""And those of one finger's focus."""
 PLAIN_WEIGHTS = {"second_finger_20mm_db": 1.0}
 """Where a SPEC gives none."""
 BESIDE_SETTINGS = ("coils", "keep_out", "symmetric", "weights")
@@ -136,6 +133,11 @@ class Spec:
     def places_are_free(self) -> bool:
         """Whether coils are to be placed."""
         return bool(self.coils)
+
+    @property
+    def is_for_several(self) -> bool:
+        """As its boards are."""
+        return "fingers" in self.document and "focus" not in self.document
 
 
 def read_spec(spec: str | Path) -> Spec:

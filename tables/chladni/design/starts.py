@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from chladni.design.evaluate import completed_board, document_of
-from chladni.design.exchange import Plain, best_layouts
 from chladni.design.keep_out import KeepOut, KeptFoot, kept_feet
-from chladni.design.layouts import (
+from chladni.design.layouts.exchange import best_layouts
+from chladni.design.layouts.layouts import (
     Candidate,
     Layout,
     Orbit,
@@ -22,7 +22,9 @@ from chladni.design.layouts import (
     lattices,
     spread_out,
 )
-from chladni.design.spec import Spec
+from chladni.design.layouts.plain_plate import PlainPlate
+from chladni.design.layouts.ratings import ApartRating, FocusRating, Rating
+from chladni.design.spec import FINGER_LEVEL, FINGER_TERMS, Spec
 from chladni.design.variables import Choice, Document
 from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.scoring.survey import active_lattice
@@ -161,13 +163,7 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
     areas: list[KeepOut | KeptFoot] = [*spec.keep_out, *kept_feet(document)]
     offered = [one for one in candidates(mirrors, span, step, least) if _is_allowed(areas, one)]
     regular = [
-        (kind, own)
-        for kind, layouts in (
-            ("even", lattices(count, mirrors, span, least)),
-            ("spread", spread_out(count, mirrors, board.plate.size, least)),
-        )
-        for own in layouts
-        if all(_is_allowed(areas, one) and _is_within(one, span) for one in own)
+        own for own in _regular(count, mirrors, span, board, least) if _fits(own, areas, span)
     ]
     places = [
         place
@@ -177,11 +173,12 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
     if not offered:
         return {"layouts": []}
     looked_at = [*offered, *(one for _, own in regular for one in own)]
-    plain = Plain.of(board, [place for one in looked_at for place in one.images], places)
-    exchanged = [("exchanged", one) for one in best_layouts(plain, offered, count, least)]
+    plain = PlainPlate.of(board, [place for one in looked_at for place in one.images])
+    rating = _rating(spec, board, plain, places)
+    exchanged = [("exchanged", one) for one in best_layouts(rating, offered, count, least)]
     widest = 2.0 * np.abs(places).max(axis=0)
     sides = [k for k in (0, 1) if mirrors[k] and widest[k] >= LEAST_APART]
-    told = _telling([*exchanged, *_scored(plain, offered, regular)], sides)
+    told = _telling([*exchanged, *_scored(rating, offered, regular)], sides)
     rows = []
     for kind, (figure, chosen) in _ranked(told):
         layout = Layout(mirrors, tuple(one.orbit for one in chosen))
@@ -202,8 +199,7 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
 def chosen(rows: Sequence[dict[str, Any]]) -> list[Point]:
     """Layouts to solve, of all of one number of coils.
 
-    Exchange has a rough measure, by which regular layouts may look worse than they are: of five
-    coils on six feet a quincunx scored 15 dB for two fingers, and the first that it ranked 8.
+    A rating on a plate without magnets is rough: regular layouts may look worse than they are.
     """
     ranked = sorted(rows, key=lambda one: -float(one["figure"]))
     by_kind = [
@@ -217,8 +213,24 @@ def chosen(rows: Sequence[dict[str, Any]]) -> list[Point]:
     return [point_of(one) for one in (*first, *list(shapes.values())[:SPREAD])]
 
 
-def _is_within(one: Candidate, span: Place) -> bool:
-    return all(abs(along) <= far + 1e-9 for along, far in zip(one.at, span, strict=True))
+def _regular(
+    count: int, mirrors: tuple[bool, bool], span: Place, board: Board, least: float
+) -> list[tuple[str, list[Candidate]]]:
+    """Layouts in even rows and columns, and in the middles of equal cells, with their kinds."""
+    even = lattices(count, mirrors, span, least)
+    spread = spread_out(count, mirrors, board.plate.size, least)
+    return [*(("even", own) for own in even), *(("spread", own) for own in spread)]
+
+
+def _fits(
+    layout: tuple[str, list[Candidate]], areas: Sequence[KeepOut | KeptFoot], span: Place
+) -> bool:
+    """Whether a regular layout keeps off all areas, and within reach."""
+    return all(
+        _is_allowed(areas, one)
+        and all(abs(along) <= far + 1e-9 for along, far in zip(one.at, span, strict=True))
+        for one in layout[1]
+    )
 
 
 def _is_allowed(areas: Sequence[KeepOut | KeptFoot], one: Candidate) -> bool:
@@ -237,14 +249,22 @@ def _telling(layouts: list[Kind], sides: Sequence[int]) -> list[Kind]:
     ] or layouts
 
 
+def _rating(spec: Spec, board: Board, plain: PlainPlate, places: Sequence[Place]) -> Rating:
+    """By what the SPEC weighs, or by one finger's focus if it weighs that as well."""
+    if not spec.is_for_several:
+        return FocusRating.of(board, plain, places)
+    apart = sum(spec.weights.get(name, 0.0) for name in FINGER_TERMS)
+    return ApartRating.of(board, plain, (apart, spec.weights.get(FINGER_LEVEL, 0.0)))
+
+
 def _scored(
-    plain: Plain, offered: Sequence[Candidate], regular: Sequence[tuple[str, list[Candidate]]]
+    rating: Rating, offered: Sequence[Candidate], regular: Sequence[tuple[str, list[Candidate]]]
 ) -> list[Kind]:
     """Regular layouts, whose images come after those of `offered`, with their figures."""
     first, found = sum(len(one.images) for one in offered), []
     for kind, own in regular:
         count = sum(len(one.images) for one in own)
-        found.append((kind, (plain.figure(range(first, first + count)), own)))
+        found.append((kind, (rating.figure(range(first, first + count)), own)))
         first += count
     return found
 

@@ -78,7 +78,7 @@ def extent(found: Design, spec: Spec, samples: int, minutes: float | None, kept:
 
 def lacking(found: Design, spec: Spec) -> str:
     """What the best board's score lost where its finger gets less than the SPEC asks for."""
-    level, asked = least_um(spec, found.board)
+    level, asked = least_um(spec)
     several = level == FINGER_LEVEL
     um = found.best.summary.get("fingers_um" if several else "finger_um")
     if um is None or um >= asked:

@@ -1,0 +1,1 @@
+"""Where coils may stand, and which of these layouts a search begins with."""
