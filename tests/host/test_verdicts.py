@@ -24,12 +24,11 @@ from chladni.host.cli.common.verdicts import (
     of_board,
     of_built,
     of_design,
-    of_effect,
     of_methods,
     of_place,
     of_places,
-    of_two_effects,
 )
+from chladni.host.cli.effects.verdicts import of_effect, of_two_effects
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.fingers import SeveralFingers

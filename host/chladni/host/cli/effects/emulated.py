@@ -15,12 +15,6 @@ from chladni.effects.effect import Effect
 from chladni.effects.files import ReadEffect
 from chladni.host.cli.common.finger_remarks import say_waves
 from chladni.host.cli.common.output import Place, answer, write_figure
-from chladni.host.cli.common.verdicts import (
-    decibels_less,
-    of_effect,
-    of_two_effects,
-    over_other_effect_db,
-)
 from chladni.host.cli.device.connection import Connection
 from chladni.host.cli.effects.pairs import played_pairs
 from chladni.host.cli.effects.remarks import (
@@ -30,6 +24,12 @@ from chladni.host.cli.effects.remarks import (
     say_unflattened,
 )
 from chladni.host.cli.effects.setup import Setup, setup_of
+from chladni.host.cli.effects.verdicts import (
+    decibels_less,
+    of_effect,
+    of_two_effects,
+    over_other_effect_db,
+)
 from chladni.host.emulation.played_effect import (
     PlayedEffect,
     check_can_play,

@@ -11,7 +11,7 @@ from chladni.effects.bank.areas import Bank, Shape, reach_mm
 from chladni.effects.effect import Effect
 from chladni.effects.low_pass import EDGE_HZ, POLES
 from chladni.host.cli.common.output import say
-from chladni.host.cli.common.verdicts import OFF_DB
+from chladni.host.cli.effects.verdicts import OFF_DB
 from chladni.host.protocol.config import PANELS, DeviceConfig
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
