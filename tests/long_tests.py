@@ -30,6 +30,8 @@ LONG = (
     "chain/test_examples.py::test_the_device_on_a_port_plays",
     "chain/test_felt.py::test_tables_comparisons_and_touches_speak_of_them_too",
     "chain/test_over_frequency.py",
+    "chain/test_unknown_finger.py::test_a_board_for_several_knows_all_fingers",
+    "chain/test_unknown_finger.py::test_places_have_what_each_of_them_has_alone",
     "chain/test_played_effect.py::test_a_click_reaches_its_finger_in_time_and_leaves_the_other_still",
     "chain/test_played_effect.py::test_a_finger_alone_is_emulated_by_responses_too",
     "chain/test_played_effect.py::test_a_switchs_bias_stands_before_an_effect_and_is_told_apart",

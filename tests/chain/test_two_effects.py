@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from chladni.calibration.hidden import HiddenPlate
 from chladni.effects import shipped_effects
 from chladni.effects.bank.layout import SIGNAL_HZ
-from chladni.host.cli.effects.pairs import played_pairs
+from chladni.host.cli.effects.drawn_fingers import played_pairs
 from chladni.host.cli.effects.setup import Setup
 from chladni.host.emulation import felt_over_time
 from chladni.host.emulation.emulator import Emulator, TouchEvent

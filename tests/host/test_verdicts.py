@@ -186,6 +186,7 @@ def test_methods_effects_designs_and_tables_are_summed_up() -> None:
         other_peak_um=0.3,
         just_felt_um=0.36,
         isolation_db=36.9,
+        second_finger_20mm_db=None,
         envelope_error_db=2.5,
         bias_um=3.0,
     )
@@ -196,7 +197,10 @@ def test_methods_effects_designs_and_tables_are_summed_up() -> None:
     assert "3 dB more, which a resting finger feels" in of_effect(own)
     own.other_peak_um = None
     assert of_effect(own) == "The finger gets 21 µm at most."
-    own.envelope_error_db = 9.6
+    own.second_finger_20mm_db = -1.2
+    away = ", another 20 mm away or farther, of which the device knows nothing, up to 1 dB more."
+    assert of_effect(own).endswith(away)
+    own.second_finger_20mm_db, own.envelope_error_db = None, 9.6
     assert of_effect(own).endswith("at most. Its loud and soft parts are off by up to 10 dB.")
     own.bias_um = 11.3
     assert of_effect(own).endswith("bias moves the finger by 11 µm before and after.")

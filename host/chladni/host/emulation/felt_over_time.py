@@ -8,7 +8,7 @@ the last of them nothing is left of signals that were low-passed at 250 Hz.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -119,7 +119,7 @@ class FingerPlate:
         At which it was solved, shape (frequencies,).
     free
         For each finger what each coil does at each point of its disc without fingers, complex128,
-        shape (frequencies, points, actuators), m/N.
+        shape (frequencies, points, actuators), m/N; then the same of discs on which none presses.
     pushes
         The same of a newton of each finger, shape (frequencies, points, fingers).
     newtons
@@ -132,9 +132,19 @@ class FingerPlate:
     newtons: float
 
     @classmethod
-    def of(cls, solved: Sequence[SolvedBoard], places: FloatArray, newtons: float) -> FingerPlate:
-        """Fingers at places (fingers, 2), m, on a board `over_frequency`, pressing with newtons."""
-        return cls(frequencies_of(solved), *_discs(solved, places), newtons)
+    def of(
+        cls,
+        solved: Sequence[SolvedBoard],
+        places: FloatArray,
+        newtons: float,
+        unpressed: FloatArray | None = None,
+    ) -> FingerPlate:
+        """Fingers at places (fingers, 2), m, on a board `over_frequency`, pressing with newtons.
+
+        `unpressed` are more places, shape (places, 2), m, whose discs are finger
+        `len(places)` and so on.
+        """
+        return cls(frequencies_of(solved), *_discs(solved, places, unpressed), newtons)
 
     @classmethod
     def each_alone(
@@ -144,7 +154,7 @@ class FingerPlate:
         hz = frequencies_of(solved)
         return [
             cls(hz, (free,), (pushes[:, :, finger, None],), newtons)
-            for finger, (free, pushes) in enumerate(zip(*_discs(solved, places), strict=True))
+            for finger, (free, pushes) in enumerate(zip(*_discs(solved, places, None), strict=True))
         ]
 
     def level(self, finger: int, reference_hz: float) -> FloatArray:
@@ -158,8 +168,12 @@ class FingerPlate:
     def _pushed(self, hz: FloatArray) -> ComplexArray:
         """What each finger pushes back with for a newton of each coil; (hz, fingers, actuators)."""
         stiffness = np.array([pressing_stiffness(self.newtons, one) for one in hz.tolist()])
+        fingers = self.pushes[0].shape[2]
         free, pushes = (
-            [scipy.interpolate.CubicSpline(self.hz, own.mean(axis=1))(hz) for own in discs]
+            [
+                scipy.interpolate.CubicSpline(self.hz, own.mean(axis=1))(hz)
+                for own in discs[:fingers]
+            ]
             for discs in (self.free, self.pushes)
         )
         return pushed_back(free, pushes, stiffness[:, None, None])
@@ -169,23 +183,28 @@ class FingerPlate:
 
         `forces` has newtons at `RATE_HZ`, shape (times, actuators), from rest and to rest.
         """
+        return next(self.each_moved(forces, finger))
+
+    def each_moved(self, forces: FloatArray, first: int = 0) -> Iterator[FloatArray]:
+        """`moved` of each disc from the first on."""
         pad = round(PAD_S * RATE_HZ)
-        first, last = forces[:1], forces[-1:]
-        padded = np.concatenate((np.repeat(first, pad, 0), forces, np.repeat(last, pad, 0)))
-        spectrum = np.fft.rfft(padded - first, axis=0)
+        begin, end = forces[:1], forces[-1:]
+        padded = np.concatenate((np.repeat(begin, pad, 0), forces, np.repeat(end, pad, 0)))
+        spectrum = np.fft.rfft(padded - begin, axis=0)
         frequencies = np.fft.rfftfreq(len(padded), 1.0 / RATE_HZ)
         is_known = frequencies <= self.hz[-1]
         hz = np.maximum(frequencies[is_known], self.hz[0])
-        back = np.einsum("fja,fa->fj", self._pushed(hz), spectrum[is_known])
-        free, pushes = self.free[finger], self.pushes[finger]
-        answer = np.zeros((free.shape[1], len(frequencies)), dtype=np.complex128)
-        for coil in range(forces.shape[1]):
-            own = scipy.interpolate.CubicSpline(self.hz, free[:, :, coil])(hz)
-            answer[:, is_known] += own.T * spectrum[is_known, coil]
-        for other in range(back.shape[1]):
-            own = scipy.interpolate.CubicSpline(self.hz, pushes[:, :, other])(hz)
-            answer[:, is_known] -= own.T * back[:, other]
-        return np.asarray(np.fft.irfft(answer, len(padded), axis=1)[:, pad:-pad])
+        known = spectrum[is_known]
+        back = np.einsum("fja,fa->fj", self._pushed(hz), known)
+        for free, pushes in zip(self.free[first:], self.pushes[first:], strict=True):
+            answer = np.zeros((free.shape[1], len(frequencies)), dtype=np.complex128)
+            for coil in range(forces.shape[1]):
+                own = scipy.interpolate.CubicSpline(self.hz, free[:, :, coil])(hz)
+                answer[:, is_known] += own.T * known[:, coil]
+            for other in range(back.shape[1]):
+                own = scipy.interpolate.CubicSpline(self.hz, pushes[:, :, other])(hz)
+                answer[:, is_known] -= own.T * back[:, other]
+            yield np.asarray(np.fft.irfft(answer, len(padded), axis=1)[:, pad:-pad])
 
     def felt_um(self, forces: FloatArray, finger: int) -> FloatArray:
         """As `moved`, of what moves it above 40 Hz, µm."""
@@ -199,10 +218,11 @@ def felt_of(moved: FloatArray) -> FloatArray:
 
 
 def _discs(
-    solved: Sequence[SolvedBoard], places: FloatArray
+    solved: Sequence[SolvedBoard], places: FloatArray, unpressed: FloatArray | None
 ) -> tuple[tuple[ComplexArray, ...], tuple[ComplexArray, ...]]:
     """`free` and `pushes` of a `FingerPlate` with fingers at places (fingers, 2), m."""
-    masks = finger_discs(solved[0].board, places)
+    every = places if unpressed is None else np.concatenate((places, unpressed))
+    masks = finger_discs(solved[0].board, every)
     targets = [(x / MM, y / MM) for x, y in places.tolist()]
     free: list[list[ComplexArray]] = [[] for _ in masks]
     pushes: list[list[ComplexArray]] = [[] for _ in masks]

@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from chladni.calibration.hidden import HiddenPlate
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.scoring.as_built import PRESS
+from chladni.drives.scoring.felt import MICROMETRE
+from chladni.drives.scoring.scorecard import FAR_FINGER
+from chladni.drives.scoring.survey import active_lattice
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.effect import Effect, Noise
 from chladni.effects.flatten import flattened
@@ -37,6 +40,8 @@ from chladni.tables.table import Table
 
 FloatArray = NDArray[np.float64]
 
+AWAY_PITCH = 6e-3
+"""m between places of a second finger: half a fingertip."""
 RESTED_S = 0.1
 """For which a finger rests before its effect, once a switch's bias is up."""
 
@@ -79,6 +84,10 @@ class PlayedEffect:
         any time, a switch's bias too, above 40 Hz.
     rested
         The finger had rested when its effect began.
+    second_finger_20mm_um, second_finger_20mm_db
+        Largest RMS under another finger 20 mm away or farther that does not press and of which the
+        device knows nothing, at any time, above 40 Hz, and the own disc's over it; None where it
+        was not asked for, or the board has no place so far away.
     """
 
     t_s: FloatArray
@@ -95,6 +104,8 @@ class PlayedEffect:
     envelope_error_db: float | None
     isolation_db: float | None
     rested: bool
+    second_finger_20mm_um: float | None = None
+    second_finger_20mm_db: float | None = None
 
 
 def play_effect(
@@ -109,6 +120,7 @@ def play_effect(
     level_um: float | None = None,
     newtons: float = PRESS,
     rested: bool = False,
+    unknown: bool = False,
     bank: bytes | None = None,
     solved: Sequence[SolvedBoard] | None = None,
     hidden: HiddenPlate | None = None,
@@ -139,6 +151,8 @@ def play_effect(
         The finger that plays has rested, too: a switch's bias stands when its effect begins. What
         moved a finger before does not count. Otherwise the effect begins with its touch. Beside one
         that plays, fingers on a board with switches have always rested.
+    unknown
+        Find what another finger would have of it of which the device knows nothing.
     bank
         In the device's flash, and `effect` is what it has there (`effect_of_bank`): no host sends
         anything, and the place's own level is not taken out.
@@ -159,13 +173,12 @@ def play_effect(
         The device did not play.
     """
     check_can_play(table, board, other_mm)
-    is_bridge = board.electronics.is_bridge
     rests_s = 0.0 if bank else _rests_s(board, rested=rested, other_plays=other_plays)
     places = np.array([at_mm] if other_mm is None else [at_mm, other_mm]) * MM
     solved = over_frequency(board, progress) if solved is None else solved
-    plate = FingerPlate.of(solved, places, newtons)
-    asked_samples = effect.samples(SIGNAL_HZ)
-    own_hz = board.drive.frequency_hz
+    away = _places_away(board, at_mm) if unknown else None
+    plate = FingerPlate.of(solved, places, newtons, away)
+    asked_samples, own_hz = effect.samples(SIGNAL_HZ), board.drive.frequency_hz
     flat = flattened(asked_samples, SIGNAL_HZ, plate.hz, plate.level(0, own_hz), own_hz)
     emulator = Emulator(board, table, level=1.0, bank=bank or b"")
     bias_s = _bias_s(board, beside_another=other_mm is not None)
@@ -179,34 +192,59 @@ def play_effect(
     forces = _newtons(board, hidden, recording)
     if hidden is not None:
         solved = hidden_solved or over_frequency(hidden.board, progress)
-        plate = FingerPlate.of(solved, places, newtons)
+        plate = FingerPlate.of(solved, places, newtons, away)
     first = round(begins * RATE_HZ)
     first_s = _begins_s(forces[first:], rested=rests_s > 0.0)
     disc = plate.felt_um(forces, 0)[:, first:]
     own = disc.mean(axis=0)
     other = None if other_mm is None else rms(plate.felt_um(forces, 1)[:, first:])
-    stands = round((begins + first_s + bias_s) * recording.carrier_hz)
+    other_um = None if other is None else float(other.max())
     latest_s, sent = first_s + bias_s + LATEST_S, asked_samples if bank else flat
     asked, playing = _aligned(level * asked_samples, sent, forces[first:], latest_s)
-    sizes = np.abs(own)
-    largest = float(sizes[playing].max())
-    risen = (playing.start + float(np.flatnonzero(sizes[playing] >= 0.9 * largest)[0])) / RATE_HZ
-    around = np.delete(sizes, playing).max(initial=0.0)
+    peak, risen, around = _sizes(own, playing)
+    own_rms = rms(disc)[playing]
+    away_um = None if away is None else _away_um(plate, forces, len(places), first)
     return PlayedEffect(
         t_s=np.arange(len(own)) / RATE_HZ,
         asked=asked,
         own_um=own,
         other_um=other,
-        peak_um=largest,
-        other_peak_um=None if other is None else float(other.max()),
+        peak_um=peak,
+        other_peak_um=other_um,
         just_felt_um=threshold_um(own_hz),
-        bias_um=None if is_bridge else float(around),
-        bias_duty=None if is_bridge else float(recording.duty[stands].max()),
+        bias_um=None if board.electronics.is_bridge else around,
+        bias_duty=_bias_duty(board, recording, begins + first_s + bias_s),
         first_ms=1e3 * (begins + first_s - reported),
         rise_ms=1e3 * (risen - first_s),
         envelope_error_db=_envelope_error_db(effect, bank, asked, own),
-        isolation_db=_isolation_db(rms(disc)[playing], other),
+        isolation_db=_over_db(own_rms, other_um),
         rested=rests_s > 0.0,
+        second_finger_20mm_um=away_um,
+        second_finger_20mm_db=_over_db(own_rms, away_um),
+    )
+
+
+def _sizes(own: FloatArray, playing: slice) -> tuple[float, float, float]:
+    """The peak while it plays, when 90 % of it are reached, s, and the most before and after."""
+    sizes = np.abs(own)
+    peak = float(sizes[playing].max())
+    risen = (playing.start + float(np.flatnonzero(sizes[playing] >= 0.9 * peak)[0])) / RATE_HZ
+    return peak, risen, float(np.delete(sizes, playing).max(initial=0.0))
+
+
+def _places_away(board: Board, at_mm: tuple[float, float]) -> FloatArray | None:
+    """Where a second finger may lie, m, shape (places, 2)."""
+    places = np.array(active_lattice(board, AWAY_PITCH).places)
+    apart = np.hypot(*(places - np.array(at_mm) * MM).T)
+    far = places[apart >= FAR_FINGER]
+    return far if len(far) else None
+
+
+def _away_um(plate: FingerPlate, forces: FloatArray, fingers: int, first: int) -> float:
+    """The largest RMS over discs beside the fingers, from a time on, µm."""
+    return max(
+        float(rms(felt_of(moved)[:, first:]).max()) / MICROMETRE
+        for moved in plate.each_moved(forces, fingers)
     )
 
 
@@ -258,8 +296,8 @@ def _newtons(board: Board, hidden: HiddenPlate | None, recording: Recording) -> 
     return forces_of(hidden.board, recording) * hidden.forces
 
 
-def _isolation_db(own: FloatArray, other: FloatArray | None) -> float | None:
-    return None if other is None else decibel(float(own.max() / other.max()) ** 2)
+def _over_db(own: FloatArray, other_um: float | None) -> float | None:
+    return None if other_um is None else decibel(float(own.max() / other_um) ** 2)
 
 
 def _bias_s(board: Board, *, beside_another: bool) -> float:
@@ -267,6 +305,13 @@ def _bias_s(board: Board, *, beside_another: bool) -> float:
     if board.electronics.is_bridge:
         return 0.0
     return 1e-3 * (BIAS_RAMP_MS if beside_another else board.electronics.ramp_ms)
+
+
+def _bias_duty(board: Board, recording: Recording, stands_s: float) -> float | None:
+    """Largest duty of a switch's bias once it stands."""
+    if board.electronics.is_bridge:
+        return None
+    return float(recording.duty[round(stands_s * recording.carrier_hz)].max())
 
 
 def _aligned(

@@ -16,7 +16,7 @@ from chladni.effects.files import ReadEffect
 from chladni.host.cli.common.finger_remarks import say_waves
 from chladni.host.cli.common.output import Place, answer, write_figure
 from chladni.host.cli.device.connection import Connection
-from chladni.host.cli.effects.pairs import played_pairs
+from chladni.host.cli.effects.drawn_fingers import played_pairs, played_places
 from chladni.host.cli.effects.remarks import (
     say_filtered,
     say_less_than_asked,
@@ -58,7 +58,7 @@ def play_emulated(
     say_waves(board)
     effects = [one.effect for one in reads]
     check_can_play(table, board, _others(places)[0])
-    how |= setup.solved() | {"other_plays": len(effects) > 1}
+    how |= setup.solved() | _asked(setup, places) | {"other_plays": len(effects) > 1}
     found = [
         play_effect(table, board, effect, own, other_mm=other, **how)
         for effect, own, other in zip(effects, places, _others(places), strict=False)
@@ -97,7 +97,7 @@ def play_emulated_bank(
     for effect in effects:
         say_filtered(effect)
     say_waves(setup.board)
-    how = setup.solved() | {"newtons": newtons, "other_plays": together}
+    how = setup.solved() | _asked(setup, places) | {"newtons": newtons, "other_plays": together}
     found = [
         play_effect(
             *(setup.table, setup.board, effect, own),
@@ -120,20 +120,30 @@ def play_emulated_bank(
     _tell(rows, found[0], setup, as_json=as_json)
 
 
-def play_emulated_pairs(
+def play_emulated_drawn(
     connection: Connection,
     read: ReadEffect,
     count: int,
     hidden: str | None,
     *,
+    pairs: bool,
     as_json: bool,
     **how: Any,
 ) -> None:
-    """An effect under one finger of so many drawn pairs; `how`: as of `play_effect`."""
+    """An effect under one finger of so many drawn `pairs`, or under one alone.
+
+    `how`: as of `play_effect`.
+    """
     setup = setup_of(connection, (), hidden)
     say_waves(setup.board)
-    rows = played_pairs(setup, read.effect, count, as_json=as_json, **how)
+    played = played_pairs if pairs else played_places
+    rows = played(setup, read.effect, count, as_json=as_json, **how)
     answer(rows, as_json=as_json, title=_title(setup))
+
+
+def _asked(setup: Setup, places: Sequence[Place]) -> dict[str, Any]:
+    """What a finger does that the device does not know, where it may know of one alone."""
+    return {"unknown": len(places) == 1 and not setup.board.is_for_several}
 
 
 def _others(places: Sequence[Place]) -> list[Place | None]:

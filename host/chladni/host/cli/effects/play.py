@@ -19,13 +19,13 @@ from chladni.host.cli.common.options import (
 from chladni.host.cli.common.output import Place, answer, parse_place, say
 from chladni.host.cli.common.ranges import check_apart, within
 from chladni.host.cli.device.connection import Connection, connecting
+from chladni.host.cli.effects.drawn_fingers import MOST_DRAWN, check_drawn
 from chladni.host.cli.effects.emulated import (
     play_emulated,
     play_emulated_bank,
-    play_emulated_pairs,
+    play_emulated_drawn,
 )
 from chladni.host.cli.effects.on_device import play_on_device
-from chladni.host.cli.effects.pairs import MOST_PAIRS, check_pairs
 from chladni.host.cli.effects.remarks import say_filtered
 from chladni.sim.errors import ConflictError, InputError, MissingError
 
@@ -103,9 +103,18 @@ def play(
     pairs: Annotated[
         int | None,
         typer.Option(
-            callback=within(1, MOST_PAIRS),
+            callback=within(1, MOST_DRAWN),
             help="In place of --at: so many drawn pairs on an emulated device, and what they keep; "
             "without a figure.",
+        ),
+    ] = None,
+    drawn: Annotated[
+        int | None,
+        typer.Option(
+            "--places",
+            callback=within(1, MOST_DRAWN),
+            help="In place of --at: one finger at so many drawn places, and what another one has "
+            "20 mm away or farther that no panel reports.",
         ),
     ] = None,
     figure: FigureOption = None,
@@ -118,11 +127,15 @@ def play(
     _check_level(connection, level_db, level_um)
     how: dict[str, Any] = {"level": float(10.0 ** (level_db / 20.0)), "level_um": level_um}
     of_emulated: dict[str, Any] = {"newtons": press, "rested": rested, "as_json": as_json}
-    if pairs is not None:
+    if pairs is not None or drawn is not None:
         given: dict[str, object] = {"--at": at, "--other": other, "--other-effect": other_effect}
         given |= {"--figure": figure, "--together": together}
-        check_pairs(connection, effect, [option for option, value in given.items() if value])
-        play_emulated_pairs(connection, _read(effect), pairs, hidden, **how, **of_emulated)
+        given |= {} if pairs is None else {"--places": drawn}
+        named = [option for option, value in given.items() if value]
+        check_drawn(connection, effect, "--places" if pairs is None else "--pairs", named)
+        how |= {"pairs": pairs is not None}
+        count = pairs or drawn or 1
+        play_emulated_drawn(connection, _read(effect), count, hidden, **how, **of_emulated)
         return
     places = _places(at, other)
     check_figure(figure)

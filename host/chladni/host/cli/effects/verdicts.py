@@ -26,6 +26,11 @@ def of_effect(played: PlayedEffect) -> str:
     if other is not None and played.isolation_db is not None:
         feels = "feels" if least is not None and other > least else "does not feel"
         own += f", the other {decibels_less(played.isolation_db)}, which a resting finger {feels}"
+    if played.second_finger_20mm_db is not None:
+        own += (
+            ", another 20 mm away or farther, of which the device knows nothing, up to "
+            f"{decibels_less(played.second_finger_20mm_db)}"
+        )
     if off_db is not None and off_db > OFF_DB:
         own += f". Its loud and soft parts are off by up to {off_db:.0f} dB"
     if played.bias_um is not None and played.bias_um > BIAS_SHARE * played.peak_um:

@@ -1,0 +1,128 @@
+"""What another finger has of an effect that the device does not know of."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from chladni.drives.methods import SEED
+from chladni.drives.problem.problem import SolvedBoard, solved_board
+from chladni.drives.scoring.several_fingers.finger_sets import (
+    finger_discs,
+    finger_sets,
+    pressed_fields,
+)
+from chladni.effects import Curve, Effect, Tone
+from chladni.host.emulation import played_effect
+from chladni.host.emulation.felt_over_time import RATE_HZ, FingerPlate, over_frequency, rms
+from chladni.host.emulation.played_effect import play_effect
+from chladni.sim.board.board import Board
+from chladni.sim.board.file import load_board
+from chladni.sim.board.quantity import MM
+from chladni.sim.image.finger import pressing_stiffness
+from chladni.tables.format import pack
+from chladni.tables.several_fingers.build import responses_table
+from conftest import CommandLine
+
+HERE, BESIDE = (0.0, 15.0), np.array([(3.0, -9.0), (-4.0, 27.5)])
+PRESSED = 5.0
+
+
+@pytest.fixture(scope="module")
+def board() -> Board:
+    return load_board("strip5")
+
+
+@pytest.fixture(scope="module")
+def solved(board: Board) -> list[SolvedBoard]:
+    return over_frequency(board)
+
+
+@pytest.fixture(scope="module")
+def path(board: Board, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("tables") / "t.chl"
+    path.write_bytes(pack(responses_table(board, pitch=7e-3, bits=12)[0]))
+    return path
+
+
+def test_an_unpressed_disc_moves_as_the_plate_under_the_finger_says(
+    board: Board, solved: list[SolvedBoard]
+) -> None:
+    """Against the exact solution between two known frequencies, over each disc."""
+    plate = FingerPlate.of(solved, np.array([HERE]) * MM, PRESSED, BESIDE * MM)
+    assert len(plate.free) == 3
+    hz = 150.0
+    own = solved_board(board).at_frequency(hz)
+    fields = pressed_fields(own, np.array([HERE]) * MM, pressing_stiffness(PRESSED, hz))
+    t = np.arange(round(1.5 * RATE_HZ)) / RATE_HZ
+    window = np.clip(t / 0.2, 0.0, 1.0) * np.clip((1.5 - t) / 0.2, 0.0, 1.0)
+    forces = np.zeros((len(t), len(board.actuators)))
+    forces[:, 3] = window * np.cos(2.0 * np.pi * hz * t)
+    middle = (t > 0.6) & (t < 0.9)
+    for disc, moved in zip(
+        finger_discs(board, BESIDE * MM), plate.each_moved(forces, 1), strict=True
+    ):
+        found = np.sqrt(2.0 * np.mean(rms(moved[:, middle]) ** 2))
+        wanted = np.sqrt(np.mean(np.abs(fields[3][disc]) ** 2))
+        assert 20.0 * np.log10(found / wanted) == pytest.approx(0.0, abs=0.01)
+        free = np.sqrt(np.mean(np.abs(own.fields.values[3][disc]) ** 2))
+        assert abs(20.0 * np.log10(free / wanted)) > 0.02  # what the finger holds still counts
+
+
+def test_the_loudest_other_finger_is_found_wherever_it_lies(
+    board: Board, solved: list[SolvedBoard], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As loud as fingers that are put down there and press hardly, but for what is between them."""
+    table = responses_table(board, pitch=7e-3, bits=12)[0]
+    tone = Effect("tone", (Tone(0.0, 0.25, Curve.constant(1.0), Curve.constant(150.0)),))
+    found = play_effect(table, board, tone, HERE, unknown=True, solved=solved)
+    assert found.second_finger_20mm_um is not None
+    assert found.second_finger_20mm_db is not None
+    own = found.own_um[(found.t_s > 0.1) & (found.t_s < 0.2)]
+    steady_db = 20.0 * np.log10(np.abs(own).max() / found.second_finger_20mm_um)
+    assert found.second_finger_20mm_db == pytest.approx(steady_db, abs=1.0)
+    plain = play_effect(table, board, tone, HERE, solved=solved)
+    assert plain.second_finger_20mm_db is None
+    np.testing.assert_allclose(plain.own_um, found.own_um, atol=1e-9)
+    # A board that is no larger than a finger has no place for another.
+    monkeypatch.setattr(played_effect, "FAR_FINGER", 60e-3)
+    alone = play_effect(table, board, tone, HERE, unknown=True, solved=solved)
+    assert alone.second_finger_20mm_um is None
+
+
+def test_places_have_what_each_of_them_has_alone(chladni: CommandLine, path: Path) -> None:
+    words = ("play", "click", "--emulator", "--board", "strip5", "--table", path, "--json")
+    found = chladni(*words, "--places", "2")
+    assert found.code == 0, found.err
+    drawn = finger_sets(load_board("strip5"), 1, 2, 16e-3, np.random.default_rng(SEED)) / MM
+    alone = [chladni(*words, "--at", f"{x!r},{y!r}").json for x, y in drawn[:, 0].tolist()]
+    for key in ("second_finger_20mm_db", "peak_um"):
+        middle = np.mean([own[key] for own in alone])
+        assert found.json[key]["median"] == pytest.approx(middle, abs=1e-6)
+    assert found.json["verdict"].startswith("Over 2 places another finger 20 mm away or farther")
+    assert "of which the device knows nothing, up to" in alone[0]["verdict"]
+
+
+def test_a_board_for_several_knows_all_fingers(chladni: CommandLine) -> None:
+    found = chladni("play", "click", "--at", "0,30", "--emulator", "--board", "phone5", "--json")
+    assert found.json["second_finger_20mm_db"] is None
+    assert "knows nothing" not in found.json["verdict"]
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        (("click", "--emulator", "--at", "0,0"), "--at does not go with --places"),
+        (("click", "--emulator", "--pairs", "3"), "--places does not go with --pairs"),
+        (("click", "--port", "nowhere"), "--places does not go with --port or --udp"),
+        (("click", "--emulator", "--places", "0"), "--places: expected 1 to 1000, got 0"),
+    ],
+)
+def test_what_is_of_one_place_is_refused(
+    chladni: CommandLine, words: tuple[str, ...], named: str
+) -> None:
+    answer = chladni("play", "--places", "3", *words)
+    assert (answer.code, answer.out) == (2, "")
+    assert named in answer.err
