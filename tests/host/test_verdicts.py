@@ -259,13 +259,15 @@ def test_a_place_is_judged_by_its_maximum_too() -> None:
         return of_place(card, frequency_hz=160.0)
 
     assert told(1.5, 3.8).startswith(
-        "It focuses: the maximum lies 1.5 mm from the finger, and a "
-        "finger 12 mm away gets 3.8 dB less; fingers"
+        "It focuses: another finger 12 mm away gets 3.8 dB less; the maximum lies 1.5 mm from the "
+        "finger; fingers"
     )
-    assert "12 mm away gets 3.8 dB less, one 20 mm away 16.0 dB less; f" in told(1, 3.8, 36, 16.0)
-    assert "20 mm" not in told(35.0, -3.0, 36.0, -3.0)
+    both = told(1, 1.2, 36, 16.0)
+    assert both.startswith("It focuses: another finger 20 mm away gets 16.0 dB less, one 12 mm aw")
+    assert "away 1.2 dB less; the maximum" in both
+    assert "12 mm" not in told(35.0, -3.0, 36.0, -3.0)
     assert told(5.2, 0.2).startswith("It hardly focuses")
-    assert told(35.0, 0.3).startswith("It does not focus: the maximum lies 35.0 mm")
+    assert told(35.0, 0.3).startswith("It does not focus: another finger 12 mm away gets 0.3 dB l")
     assert told(35.0, 3.0).startswith("It does not focus")
     assert told(3.0, -2.0).startswith("It does not focus")
     still: Any = SimpleNamespace(movable=False)
@@ -278,7 +280,8 @@ def test_people_read_it_first_and_programs_by_its_key(
     monkeypatch.setenv("COLUMNS", "300")
     asked = ("solve", "strip5", "--target", "0,6")
     first = chladni(*asked).out.splitlines()[0].rstrip()
-    assert first.startswith("It focuses: the maximum lies 1.5 mm from the finger")
+    assert first.startswith("It focuses: another finger 20 mm away gets")
+    assert "the maximum lies 1.5 mm from the finger" in first
     assert chladni(*asked, "--json").json["verdict"] == first
     scored = chladni("board", "score", "strip5", "--pitch", "20", "--no-perturbed")
     assert scored.out.startswith("It focuses: another finger 20 mm away gets at least")

@@ -227,18 +227,15 @@ def of_place(
     """
     if not card.movable:
         return "No drive of these coils moves this place."
-    off, less = card.focal_error_mm, card.second_finger_db
+    off, near, far = card.focal_error_mm, card.second_finger_db, card.second_finger_20mm_db
+    apart, less = (12, near) if far is None else (20, far)
     is_near = off <= SECOND_FINGER_DISTANCE * 1e3
-    where = f"the maximum lies {off:.1f} mm from the finger, and a finger 12 mm away gets"
-    if is_near and less >= NOTICED_DB:
-        told = f"It focuses: {where} {less_of(less)}"
-    elif is_near and less > 0.0:
-        told = f"It hardly focuses: {where} only {less_of(less)}"
-    else:
-        told = f"It does not focus: {where} {less_of(less)}"
-    far = card.second_finger_20mm_db
-    if far is not None and far - less >= SAME_DB:
-        told += f", one 20 mm away {less_of(far)}"
+    focuses = "does not focus" if not is_near or less <= 0.0 else "hardly focuses"
+    focuses = "focuses" if is_near and less >= NOTICED_DB else focuses
+    told = f"It {focuses}: another finger {apart} mm away gets {less_of(less)}"
+    if far is not None and far - near >= SAME_DB:
+        told += f", one 12 mm away {less_of(near)}"
+    told += f"; the maximum lies {off:.1f} mm from the finger"
     um = card.felt.finger_um if card.felt is not None else None
     level = _level(um, frequency_hz, "The finger itself moves by") if um is not None else ""
     told += f"; fingers notice {NOTICED_DB:g} dB."
