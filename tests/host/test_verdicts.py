@@ -153,9 +153,12 @@ def test_a_table_that_loses_a_decibel_names_its_pitch_or_bits(
 ) -> None:
     exact, kept = spread(31.0, 12.0), spread(31.0, 12.0 - lost_db)
     own: Any = SimpleNamespace(
-        frequencies=[FrequencyIsolation(160.0, kept, exact)], pitch_mm=(6.0, 6.0), bits=bits
+        frequencies=[FrequencyIsolation(160.0, kept, exact, spread(4.2, 1.3))],
+        pitch_mm=(6.0, 6.0),
+        bits=bits,
     )
     told = of_responses(own, with_drives=with_drives)
+    assert "Each gets 4.2 µm of its own, 1.3 at the worst tenth." in told
     block = "regions" if with_drives else "fingers"
     fine = bits == 12
     assert (f"A smaller [{block}] pitch_mm than 6 loses less" in told) == (lost_db > 1.0 and fine)

@@ -90,6 +90,16 @@ def test_the_smallest_table_within_the_limit_is_taken(
     assert not coarse.is_within_limits
 
 
+def test_a_build_tells_what_fingers_get_as_the_score_by_its_table_does(
+    board: Board, built: tuple[Table, ResponsesReport]
+) -> None:
+    table, report = built
+    score = score_fingers(board, (2,), samples=0, plate=TableResponses.of(table)).counts[0]
+    (own,) = report.frequencies
+    assert own.finger_um == score.finger_um is not None
+    assert own.isolation_db == score.isolation_db
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("few_pairs")
 def test_a_fixed_pitch_width_and_frequencies_are_kept(board: Board) -> None:

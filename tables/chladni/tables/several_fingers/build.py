@@ -32,11 +32,15 @@ limit, and take a fifth of a click's micrometres: 18.6 on `strip5`, 22.7 with tw
 
 @dataclass(frozen=True)
 class FrequencyIsolation:
-    """How far two fingers are kept apart, dB: with the table's responses, and with exact ones."""
+    """How far two fingers are kept apart, dB: with the table's responses, and with exact ones.
+
+    And what each gets of its own signal with the table's, µm; None without a coil.
+    """
 
     frequency_hz: float
     isolation_db: Spread
     exact_isolation_db: Spread
+    finger_um: Spread | None
 
 
 @dataclass(frozen=True)
@@ -215,10 +219,12 @@ def _report(
     found = []
     lost = []
     for one, section in zip(pairs, table.responses, strict=True):
-        got = one.isolation_db(TableResponses(table.regions, section))
+        rows = one.rows(TableResponses(table.regions, section))
+        got, um = rows[:, 0], rows[:, 2]
         lost.append(lost_db(one.exact, got))
-        spreads = [Spread.of(values.tolist()) for values in (got, one.exact)]
-        found.append(FrequencyIsolation(section.frequency_hz, *spreads))
+        kept, exact = (Spread.of(values.tolist()) for values in (got, one.exact))
+        each = Spread.of(um.tolist()) if np.all(np.isfinite(um)) else None
+        found.append(FrequencyIsolation(section.frequency_hz, kept, exact, each))
     return ResponsesReport(
         pitch_mm=table.grid.pitch_mm,
         bits=table.bits,

@@ -21,6 +21,7 @@ from chladni.drives.problem.threads import one_blas_thread
 from chladni.drives.scoring.as_built import PRESS
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
 from chladni.drives.scoring.several_fingers.fingers_score import SETS, solver_of
+from chladni.drives.scoring.several_fingers.kept_apart import rows_of
 from chladni.drives.scoring.spread import Spread
 from chladni.sim.board.board import Board
 from chladni.sim.image.finger import pressing_stiffness
@@ -76,6 +77,12 @@ class DrawnPairs:
     def isolation_db(self, plate: KnownPlate) -> FloatArray:
         """Isolation with drives of what a plate says of itself, dB, a number per finger."""
         return _isolation_db(self.board, self.sets, plate)
+
+    def rows(self, plate: KnownPlate) -> FloatArray:
+        """As of `rows_of` with these drives; shape (fingers, 4)."""
+        solve, forces = solver_of(self.board, plate, None), np.ones(len(self.board.actuators))
+        found = [rows_of(self.board, one, solve(one.places), forces) for one in self.sets]
+        return np.concatenate(found)
 
 
 def _isolation_db(board: Board, sets: list[FingerSet], plate: KnownPlate) -> FloatArray:

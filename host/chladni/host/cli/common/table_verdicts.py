@@ -71,9 +71,15 @@ def of_responses(report: ResponsesReport, *, with_drives: bool) -> str:
         how = f"A smaller [{block}] pitch_mm than {_pitch(report)}"
         how = how if report.bits >= FINE_BITS else f"`--bits {FINE_BITS}`"
         less = f" {how} loses less, in a larger table."
+    um = one.finger_um
+    each = (
+        ""
+        if um is None
+        else f" Each gets {um.median:.2g} µm of its own, {um.p10:.2g} at the worst tenth."
+    )
     return (
         f"It keeps two pressing fingers {kept.median:z.1f} dB apart{at} at the median, "
-        f"{kept.p10:z.1f} at the worst tenth. The board itself has {exact.median:z.1f} and "
+        f"{kept.p10:z.1f} at the worst tenth.{each} The board itself has {exact.median:z.1f} and "
         f"{exact.p10:z.1f} (`chladni board score`); rounding and {_pitch(report)} mm between "
         f"places take the rest.{less}"
     )
