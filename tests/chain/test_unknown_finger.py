@@ -25,6 +25,7 @@ from chladni.sim.image.finger import pressing_stiffness
 from chladni.tables.format import pack
 from chladni.tables.several_fingers.build import responses_table
 from conftest import CommandLine
+from wired_boards import SWITCHED
 
 HERE, BESIDE = (0.0, 15.0), np.array([(3.0, -9.0), (-4.0, 27.5)])
 PRESSED = 5.0
@@ -103,6 +104,19 @@ def test_places_have_what_each_of_them_has_alone(chladni: CommandLine, path: Pat
         assert found.json[key]["median"] == pytest.approx(middle, abs=1e-6)
     assert found.json["verdict"].startswith("Over 2 places another finger 20 mm away or farther")
     assert "of which the device knows nothing, up to" in alone[0]["verdict"]
+
+
+def test_a_bias_that_comes_up_with_the_touch_is_told_of(
+    chladni: CommandLine, tmp_path: Path
+) -> None:
+    """On `pad16` it moves places 20 mm away more than the click itself."""
+    file, path = SWITCHED / "strip5.toml", tmp_path / "t.chl"
+    board = load_board(file)
+    path.write_bytes(pack(responses_table(board, pitch=7e-3, bits=12)[0]))
+    words = ("play", "click", "--at", "0,15", "--emulator", "--board", file, "--table", path)
+    touched, rested = chladni(*words, "--json"), chladni(*words, "--rested", "--json")
+    assert "the bias of switches comes up with the touch" in touched.err
+    assert "the bias of switches" not in rested.err
 
 
 def test_a_board_for_several_knows_all_fingers(chladni: CommandLine) -> None:

@@ -16,7 +16,7 @@ from chladni.effects.effect import Effect
 from chladni.host.cli.common.options import required
 from chladni.host.cli.common.output import progress_bar
 from chladni.host.cli.device.connection import Connection
-from chladni.host.cli.effects.remarks import say_short_places
+from chladni.host.cli.effects.remarks import say_bias, say_short_places
 from chladni.host.cli.effects.setup import Setup
 from chladni.host.emulation.played_effect import PlayedEffect, play_effect
 from chladni.sim.board.quantity import MM
@@ -108,6 +108,7 @@ def _played(
             )
             progress(len(found), count)
     say_short_places(found, how["level_um"])
+    say_bias(found)
     return found
 
 

@@ -18,6 +18,7 @@ from chladni.host.cli.common.output import Place, answer, write_figure
 from chladni.host.cli.device.connection import Connection
 from chladni.host.cli.effects.drawn_fingers import played_pairs, played_places
 from chladni.host.cli.effects.remarks import (
+    say_bias,
     say_filtered,
     say_less_than_asked,
     say_off_board,
@@ -64,6 +65,7 @@ def play_emulated(
         for effect, own, other in zip(effects, places, _others(places), strict=False)
     ]
     say_less_than_asked(found, [how["level_um"]] * len(found))
+    say_bias(found)
     _draw(figure, found, effects, setup, places)
     if len(found) == 1:
         known = {"effect": effects[0].name} | setup.rows(as_json=as_json)

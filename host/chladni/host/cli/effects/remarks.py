@@ -135,6 +135,16 @@ def _asked_um(played: PlayedEffect, level_um: float | None) -> float:
     return 0.0 if level_um is None else level_um * float(np.abs(played.asked).max())
 
 
+def say_bias(found: Sequence[PlayedEffect]) -> None:
+    """Remark on a bias that moves what is far away, too."""
+    one = found[0]
+    if one.second_finger_20mm_db is not None and one.bias_um is not None and not one.rested:
+        say(
+            "the bias of switches comes up with the touch, and moves places 20 mm away, too: "
+            "--rested tells what the effect leaves there once it stands"
+        )
+
+
 def say_unflattened(found: Sequence[PlayedEffect]) -> None:
     """Remark on a bank's effects that a board changes, where that may be taken out of them."""
     if any((one.envelope_error_db or 0.0) > OFF_DB for one in found):
