@@ -13,6 +13,8 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.fields.board_plate import plate_geometry
 
+FOOT = COLOURS[3]
+
 
 def calibration_figure(
     drawn: Board, found: Board, by: str, before: Restored, after: Restored
@@ -63,12 +65,34 @@ def _draw_plate(figure: Figure, axes: Axes, drawn: Board, board: Board) -> None:
             color=colour,
             bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": colour},
         )
+    _draw_feet(axes, drawn, board)
+    if board.springs:
+        title = f"triangles: feet's stiffness,\n{title}"
     axes.set_xlim(-half[0], half[0])
     axes.set_ylim(-half[1], half[1])
     axes.set_aspect("equal")
     axes.set_xlabel("x, mm")
     axes.set_ylabel("y, mm")
     axes.set_title(title, fontsize=9)
+
+
+def _draw_feet(axes: Axes, drawn: Board, board: Board) -> None:
+    """Each with its stiffness over the drawn one."""
+    for foot, before in zip(board.springs, drawn.springs, strict=True):
+        place = (foot.at[0] / MM, foot.at[1] / MM)
+        axes.plot(*place, "^", color=FOOT, markersize=9)
+        ratio = f"{foot.stiffness / before.stiffness:.2f}" if before.stiffness > 0.0 else ""
+        # Inwards: feet stand near edges.
+        axes.annotate(
+            ratio,
+            place,
+            (0.0, -14.0 if place[1] > 0.0 else 14.0),
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            fontsize=8,
+            color=INK,
+        )
 
 
 def _draw_scores(axes: Axes, drawn: Board, before: Restored, after: Restored) -> None:
