@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,12 +18,13 @@ from chladni.drives.scoring.several_fingers.finger_sets import (
 from chladni.effects import Curve, Effect, Tone
 from chladni.host.emulation import played_effect
 from chladni.host.emulation.felt_over_time import RATE_HZ, FingerPlate, over_frequency, rms
-from chladni.host.emulation.played_effect import play_effect
+from chladni.host.emulation.played_effect import check_can_play, play_effect
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
+from chladni.sim.errors import InputError
 from chladni.sim.image.finger import pressing_stiffness
-from chladni.tables.format import pack
+from chladni.tables.format import pack, read_table
 from chladni.tables.several_fingers.build import responses_table
 from conftest import CommandLine
 from wired_boards import SWITCHED
@@ -106,6 +108,18 @@ def test_places_have_what_each_of_them_has_alone(chladni: CommandLine, path: Pat
     assert "of which the device knows nothing, up to" in alone[0]["verdict"]
 
 
+def test_another_finger_of_drives_alone_is_refused_with_what_tells_of_one(
+    board: Board, path: Path
+) -> None:
+    table = read_table(path)
+    drives = replace(table, responses=())
+    with pytest.raises(InputError, match="expected a section of responses, got 'only drives'") as e:
+        check_can_play(drives, board, (0.0, -12.0))
+    assert "without another finger it is told" in str(e.value)
+    check_can_play(drives, board, None)
+    check_can_play(table, board, (0.0, -12.0))
+
+
 def test_a_bias_that_comes_up_with_the_touch_is_told_of(
     chladni: CommandLine, tmp_path: Path
 ) -> None:
@@ -131,6 +145,7 @@ def test_a_board_for_several_knows_all_fingers(chladni: CommandLine) -> None:
         (("click", "--emulator", "--at", "0,0"), "--at does not go with --places"),
         (("click", "--emulator", "--pairs", "3"), "--places does not go with --pairs"),
         (("click", "--port", "nowhere"), "--places does not go with --port or --udp"),
+        (("click",), "--emulator is required: the device that --places plays on"),
         (("click", "--emulator", "--places", "0"), "--places: expected 1 to 1000, got 0"),
     ],
 )

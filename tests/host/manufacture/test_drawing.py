@@ -15,7 +15,7 @@ import pytest
 from ezdxf.document import Drawing as Document
 from ezdxf.units import MM as UNIT_MM
 
-from chladni.host.manufacture.drawing import LAYERS, Circle, board_drawing
+from chladni.host.manufacture.drawing import LAYERS, Circle, Text, board_drawing
 from chladni.host.manufacture.drawing_files import save_drawing, svg_text
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -189,6 +189,19 @@ def test_the_page_about_parts_shows_the_board_that_ships() -> None:
     """If not: `chladni board drawing strip5 -o docs/images/strip5.svg`."""
     shown = (ROOT / "docs" / "images" / "strip5.svg").read_text(encoding="utf-8")
     assert shown == svg_text(board_drawing(load_board("strip5")))
+
+
+def test_numbers_of_rows_that_lie_close_are_legible() -> None:
+    """Rows 1.3 mm apart had their numbers one over the other."""
+    board = load_board("pad16")
+    first, *others = board.actuators
+    moved = replace(first, at=(first.at[0], first.at[1] - 1.25888e-3))
+    drawing = board_drawing(replace(board, actuators=(moved, *others)))
+    rows = [one for one in drawing.shapes if isinstance(one, Text) and one.layer == "dimensions"]
+    low, close, third, *_ = [one for one in rows if one.at[0] > 25.0]
+    assert (low.text, close.text, third.text) == ("-17.76", "-16.5", "-5.5")
+    assert close.at[0] >= low.at[0] + 9.0
+    assert third.at[0] == low.at[0]
 
 
 @pytest.mark.parametrize("ending", ["svg", "dxf"])

@@ -27,12 +27,11 @@ from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.solve import check_request
 from chladni.host.cli.common.board_reports import (
     say_purpose,
-    say_tones,
     say_warm_magnets,
     score_rows,
 )
 from chladni.host.cli.common.drive_options import OwnObjectiveOption, on_less
-from chladni.host.cli.common.finger_remarks import say_mirrored, say_waves
+from chladni.host.cli.common.finger_remarks import say_mirrored, say_tones, say_waves
 from chladni.host.cli.common.options import (
     BoardArgument,
     FigureOption,
@@ -164,6 +163,8 @@ def _of_purpose(
 ) -> dict[str, Any]:
     """What people get: of a board for several fingers no focus, which its device does not play."""
     if not board.is_for_several or objective is not None:
+        if board.focus is not None and board.coil is not None:
+            say_tones(named, board)
         return result
     say("its device plays no focus: --objective focus shows how one finger would get it")
     say_tones(named, board)

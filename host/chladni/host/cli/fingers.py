@@ -32,9 +32,8 @@ from chladni.drives.scoring.several_fingers.fingers_score import (
 )
 from chladni.drives.scoring.several_fingers.kept_apart import KeptApart
 from chladni.drives.scoring.survey import SAMPLES
-from chladni.host.cli.common.board_reports import say_tones
 from chladni.host.cli.common.drive_options import on_less
-from chladni.host.cli.common.finger_remarks import say_mirrored
+from chladni.host.cli.common.finger_remarks import say_mirrored, say_tones
 from chladni.host.cli.common.options import (
     BoardArgument,
     FigureOption,
@@ -310,16 +309,16 @@ def _device_of(table: Path, board: Board, named: str) -> Solve:
 
 def sentence(score: CountScore, apart_mm: float) -> str:
     """What a user gets, in words."""
+    apart, off = score.isolation_db, score.perturbed
     begin = f"{NUMBER[score.fingers]} fingers, {apart_mm:g} mm apart or more:"
     if score.finger_um is None or score.unfelt is None:
-        above = score.isolation_db.median
-        return f"{begin} under the others each one's signal is {above:.0f} dB weaker"
-    off = score.perturbed
-    and_off = "" if off is None else f", {_percent(off.unfelt)} within tolerances"
+        return f"{begin} under the others each one's signal is {apart.median:.0f} dB weaker"
+    kept = f", {apart.median:z.0f} dB over the others', {apart.p10:z.0f} at the worst tenth"
+    within = "" if off is None else f", {_percent(off.unfelt)} within tolerances"
     return (
-        f"{begin} each gets {score.finger_um.median:.2g} µm of its own; "
-        f"{_percent(score.unfelt)} of fingers, while they rest, do not feel the others' "
-        f"signals{and_off}"
+        f"{begin} each gets {score.finger_um.median:.2g} µm of its own"
+        f"{kept if score.fingers > 1 else ''}; {_percent(score.unfelt)} of fingers, while they "
+        f"rest, do not feel the others' signals{within}"
     )
 
 

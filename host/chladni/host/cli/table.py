@@ -20,6 +20,7 @@ from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.solve import turned
 from chladni.host.cli.common.command_group import CommandGroup
 from chladni.host.cli.common.drive_options import on_less_for
+from chladni.host.cli.common.finger_remarks import say_tones
 from chladni.host.cli.common.options import (
     FigureOption,
     JsonOption,
@@ -43,7 +44,7 @@ from chladni.host.cli.common.ranges import PITCHES, TABLE_FREQUENCIES
 from chladni.host.cli.common.verdicts import of_places
 from chladni.host.cli.table_build import build
 from chladni.host.emulation.table_score import PITCH, score_table
-from chladni.sim.board.board import Board, fingerprint_text
+from chladni.sim.board.board import fingerprint_text
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
 from chladni.sim.fields.transfer import TOLERANCE
@@ -273,17 +274,8 @@ def score(
     result = {"name": owner.name, "verdict": verdict} | asdict(found)
     del result["maps"]
     answer(result, as_json=as_json, title=f"{table}: what the pins make of it on {owner.name}")
-    _say_clicks(table, board, owner)
-
-
-def _say_clicks(table: Path, board: str | None, owner: Board) -> None:
-    """How effects are scored, which have many frequencies."""
     if owner.focus is not None and owner.coil is not None:
-        own = f" --board {board or owner.name}"
-        say(
-            "the score is of tones: `chladni play click --places 20 --emulator"
-            f"{own} --table {table}` tells what clicks leave 20 mm away"
-        )
+        say_tones(board or owner.name, owner, str(table))
 
 
 def diff(

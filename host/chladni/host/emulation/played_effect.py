@@ -33,7 +33,7 @@ from chladni.host.emulation.recorded_effect import recorded_effect
 from chladni.host.protocol.config import BIAS_RAMP_MS
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
-from chladni.sim.errors import ChladniError, MissingError
+from chladni.sim.errors import ChladniError, InputError, MissingError
 from chladni.sim.image.finger import threshold_um
 from chladni.sim.image.metrics import decibel
 from chladni.tables.table import Table
@@ -260,8 +260,12 @@ def check_can_play(table: Table, board: Board, other_mm: tuple[float, float] | N
     """Raise `InputError` as `play_effect`, before the plate is solved."""
     if board.coil is None:
         raise MissingError("coil", "a block [coil]", hint="there is no force without one")
-    if other_mm is not None:
-        table.responses_section()  # without them the device knows of one finger alone
+    if other_mm is not None and not table.responses:
+        hint = (
+            "`chladni table build --for both` makes both; without another finger it is told what "
+            "one gets 20 mm away of which the device does not know"
+        )
+        raise InputError("table", "only drives", "a section of responses", hint=hint)
 
 
 def _begins_s(forces: FloatArray, *, rested: bool) -> float:

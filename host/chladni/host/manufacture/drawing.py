@@ -21,6 +21,9 @@ MARGIN_MM, ROW_MM = 6.0, 3.6
 DIMENSION_MM = 8.0
 """From the plate's edge to its overall dimensions."""
 ORDINATE_MM = 5.0
+BESIDE_MM = 9.0
+CLOSE_MM = 3.5
+"""A row's number is so far out if the row before it is so close; they may be a millimetre apart."""
 CLEARANCE = 0.25e-3
 """m, round a magnet in its hole of the foam: a punch and a glued magnet are each as far off."""
 LETTER_MM = 1.7
@@ -224,12 +227,20 @@ def _dimensions(board: Board) -> list[Shape]:
     for k, column in enumerate(sorted({place[0] for place in places})):
         raised = end + 3.0 * (k % 2)
         shapes.append(Line(layer, (column, y + 1.0), (column, raised)))
-        shapes.append(Text(layer, (column, raised + 0.6), f"{column:g}", centred=True))
+        shapes.append(Text(layer, (column, raised + 0.6), _told(column), centred=True))
     end = x + ORDINATE_MM
-    for row in sorted({place[1] for place in places}):
-        shapes.append(Line(layer, (x + 1.0, row), (end, row)))
-        shapes.append(Text(layer, (end + 0.6, row - 0.8), f"{row:g}"))
+    rows, far = sorted({place[1] for place in places}), end
+    for before, row in zip([-math.inf, *rows], rows, strict=False):
+        is_hidden = row - before < CLOSE_MM and far == end
+        far = end + BESIDE_MM if is_hidden else end
+        shapes.append(Line(layer, (x + 1.0, row), (far, row)))
+        shapes.append(Text(layer, (far + 0.6, row - 0.8), _told(row)))
     return shapes
+
+
+def _told(along_mm: float) -> str:
+    """As tables of places have it: no one measures more."""
+    return f"{round(along_mm, 2) + 0.0:g}"
 
 
 def _title(board: Board) -> list[str]:

@@ -43,7 +43,7 @@ BAD_TAIL, TYPICAL = 0.1, 0.1
 TOGETHER = 128
 """Places whose drives are found in one product: their memory is bounded on a large sheet."""
 PAIRS = 96
-"""Of fingers; of twice as many the same layouts come first."""
+"""Of fingers: the worst tenth is that of 192 places."""
 OFF = 0.1
 """ε: of 0.02 to 0.2 all rank alike."""
 ANYWHERE = 0.1

@@ -44,19 +44,6 @@ def say_current(wave: SoftWave | BridgeWave) -> None:
         )
 
 
-def say_tones(named: str, board: Board) -> None:
-    """After what steady tones of two fingers keep: effects keep less.
-
-    Tones are of fingers that have rested, which matters where a switch's bias comes up.
-    """
-    rested = "" if board.electronics.is_bridge else " --rested"
-    pairs = f"chladni play click --pairs 20 --emulator{rested} --board {named}"
-    say(
-        f"These are tones: `{pairs}` tells what clicks keep, which is less, and 10 to 20 dB less "
-        "on a plate that rings below some 350 Hz."
-    )
-
-
 def say_purpose(board: Board, asked: str | None, rated: str) -> None:
     """Remark on a board whose file does not say what it is for, unless an objective was asked."""
     if asked is not None or board.focus is not None or board.fingers is not None:

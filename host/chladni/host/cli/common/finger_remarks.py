@@ -56,3 +56,23 @@ def say_mirrored(board: Board) -> None:
                 f"all coils stand on a middle line, and the plate is alike on both sides: fingers "
                 f"{side} of it, mirrored, feel the same whatever is played; move coils off it"
             )
+
+
+def say_tones(named: str, board: Board, table: str = "T.chl") -> None:
+    """After what steady tones keep: effects keep less.
+
+    Tones are of fingers that have rested, which matters where a switch's bias comes up.
+    """
+    play = f"--emulator --board {named}"
+    if not board.is_for_several:
+        bias = "" if board.electronics.is_bridge else "; the bias of switches adds to that"
+        say(
+            f"These are tones, and no finger presses: `chladni play click --places 20 {play} "
+            f"--table {table}` tells what clicks leave 20 mm away, pressed with 1 N{bias}."
+        )
+        return
+    rested = "" if board.electronics.is_bridge else " --rested"
+    say(
+        f"These are tones: `chladni play click --pairs 20{rested} {play}` tells what clicks keep, "
+        "which is mostly less, and 10 to 30 dB less on a plate that rings below some 350 Hz."
+    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,9 @@ from chladni.effects.low_pass import EDGE_HZ
 from chladni.host.cli.common.finger_remarks import of_waves
 from chladni.host.cli.common.verdicts import of_design
 from chladni.host.manufacture.board_parts import foam_of, sheet_of
+from chladni.sim.board.board import Board
 from chladni.sim.board.file import MOST_BYTES
+from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
 from chladni.sim.files import read_whole
 
@@ -124,6 +127,12 @@ def about_entry(entry: Entry) -> list[str]:
     ]
 
 
+def _feet_of(board: Board) -> str:
+    """How many of which; nothing of a board without."""
+    named = Counter(own.part or f"{own.stiffness * MM:g} N/mm" for own in board.springs)
+    return ", ".join(f"{count} × {name}" for name, count in named.items())
+
+
 def result(
     found: Design, spec: Spec, entries: list[dict[str, Any]], output: Path, extent: str
 ) -> dict[str, Any]:
@@ -139,6 +148,7 @@ def result(
     board = found.board
     waves = of_waves(board)
     foam = foam_of(board.foundation) if board.foundation else ""
+    feet = _feet_of(board)
     remarks = (
         verdict,
         extent,
@@ -156,6 +166,7 @@ def result(
         "seed": found.seed,
         "sheet": sheet_of(board.plate),
         **({"foam": foam} if foam else {}),
+        **({"feet": feet} if feet else {}),
         "actuators": [
             {"name": one.name, "at_mm": [round(1e3 * along, 6) for along in one.at]}
             for one in board.actuators

@@ -9,8 +9,8 @@ from chladni.design.front import Design
 from chladni.design.last_boards import boards_more
 from chladni.design.spec import FINGER_TERMS, Spec
 from chladni.design.starts import boards_asked, spread_numbers
-from chladni.host.cli.common.board_reports import say_leftovers, say_panel, say_tones
-from chladni.host.cli.common.finger_remarks import say_mirrored, say_waves
+from chladni.host.cli.common.board_reports import say_leftovers, say_panel
+from chladni.host.cli.common.finger_remarks import say_mirrored, say_tones, say_waves
 from chladni.host.cli.common.output import say
 from chladni.host.cli.designing.answers import boards_worth
 from chladni.sim.board.panel_layer import layered_plate
@@ -78,7 +78,8 @@ def say_next(found: Design, spec: Spec, output: Path) -> None:
         counts = f" --fingers {weighed[0]}" if len(weighed) == 1 else ""
         own = f"{output}{counts} --samples {found.draws} --seed {found.seed}"
         say(f"`chladni fingers {own}` scores it within tolerances, as here.")
-        say_tones(str(output), found.board)
         say_mirrored(found.board)
+    if found.board.coil is not None:
+        say_tones(str(output), found.board)
     foam = " and how much foam twice as stiff takes" if found.board.foundation else ""
     say(f"`chladni board score {output}` says more{foam}.")

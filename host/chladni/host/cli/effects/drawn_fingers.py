@@ -20,7 +20,7 @@ from chladni.host.cli.effects.remarks import say_bias, say_short_places
 from chladni.host.cli.effects.setup import Setup
 from chladni.host.emulation.played_effect import PlayedEffect, play_effect
 from chladni.sim.board.quantity import MM
-from chladni.sim.errors import ArgumentError, ConflictError
+from chladni.sim.errors import ArgumentError, ConflictError, MissingError
 
 MOST_DRAWN = 1000
 FEW = 10
@@ -34,12 +34,14 @@ def check_drawn(
     if connection.emulated_bank is not None:
         given = [*given, "--bank"]
     if given:
-        raise ConflictError(given[0], option, hint="it is for fingers that you place: --at")
+        hint = f"{option} draws where fingers lie, of one effect alone"
+        raise ConflictError(given[0], option, hint=hint)
     required("EFFECT", effect, "a shipped effect (`chladni effects list`) or a file, to play")
     if not connection.emulator:
-        raise ConflictError(
-            option, "--port or --udp", hint="only emulated pins are scored: --emulator"
-        )
+        hint = "only emulated pins are scored"
+        if connection.port is None and connection.udp is None:
+            raise MissingError("--emulator", f"the device that {option} plays on", hint=hint)
+        raise ConflictError(option, "--port or --udp", hint=f"{hint}: --emulator")
 
 
 def played_pairs(
@@ -60,6 +62,7 @@ def played_pairs(
         "effect": effect.name,
         **setup.rows(as_json=as_json),
         "pairs": count,
+        "newtons": how["newtons"],
         **_spreads({"peak_um": _peaks(found), "isolation_db": levels}, as_json=as_json),
         "unfelt": float(np.mean(unfelt)) if knows else None,
         "rested": _rested(found),
@@ -88,6 +91,7 @@ def played_places(
         "effect": effect.name,
         **setup.rows(as_json=as_json),
         "places": count,
+        "newtons": how["newtons"],
         **_spreads({"peak_um": _peaks(found), "second_finger_20mm_db": levels}, as_json=as_json),
         "rested": _rested(found),
     }

@@ -69,7 +69,7 @@ def play_emulated(
     _draw(figure, found, effects, setup, places)
     if len(found) == 1:
         known = {"effect": effects[0].name} | setup.rows(as_json=as_json)
-        known["left_out"] = reads[0].left_out
+        known |= {"left_out": reads[0].left_out, "newtons": how["newtons"]}
         _tell(known, found[0], setup, as_json=as_json)
         return
     own = [{"left_out": one.left_out} for one in reads]
@@ -119,6 +119,7 @@ def play_emulated_bank(
         _tell_two(effects, found, places, own, setup, as_json=as_json)
         return
     rows = {"effect": effects[0].name, "area": presses[0][0]} | setup.rows(as_json=as_json)
+    rows["newtons"] = newtons
     _tell(rows, found[0], setup, as_json=as_json)
 
 

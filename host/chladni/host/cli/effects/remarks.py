@@ -140,8 +140,9 @@ def say_bias(found: Sequence[PlayedEffect]) -> None:
     one = found[0]
     if one.second_finger_20mm_db is not None and one.bias_um is not None and not one.rested:
         say(
-            "the bias of switches comes up with the touch, and moves places 20 mm away, too: "
-            "--rested tells what the effect leaves there once it stands"
+            "the bias of switches comes up with the touch, and moves places 20 mm away, too: a "
+            "longer electronics.ramp_ms (docs/effects.md) makes it softer; --rested tells what the "
+            "effect leaves there once it stands"
         )
 
 
