@@ -7,15 +7,16 @@ from typing import Any
 
 import pytest
 
-from chladni.design.evaluate import Evaluation, judged
+from chladni.design.evaluate import Evaluation, completed_board, document_of, judged
 from chladni.design.front import Design, Entry
 from chladni.design.last_boards import boards_in, boards_more, compared, draws_in, expected_s
 from chladni.design.search import design
 from chladni.design.spec import spec_of
 from chladni.drives.methods import SEED
 from chladni.drives.workers import Workers
-from chladni.host.cli.designing.answers import extent
+from chladni.host.cli.designing.answers import extent, parts_told
 from chladni.host.cli.designing.design import written_on_board
+from chladni.sim.fields.board_plate import first_natural_hz
 from made_specs import small
 
 
@@ -120,3 +121,18 @@ def test_an_answer_stays_until_the_next_one_is_complete(tmp_path: Path) -> None:
     output.write_text(answer, encoding="utf-8")
     written_on_board(output, 4, 8)(entry, True)
     assert output.read_text("utf-8") == answer
+
+
+def test_boards_of_a_front_tell_what_they_are_made_of() -> None:
+    """Two of a front read alike, and stood on other feet; and a mode decides what clicks keep."""
+    feet = [{"at_mm": [x, y], "part": "rubber-foot-6x6"} for x in (-3, 3) for y in (-13, 13)]
+    spec = small(springs=feet, design={"weights": {"fingers_2_db": 1.0}})
+    del spec["foundation"]
+    board = completed_board(
+        document_of(spec_of(spec), [], [(0.0, -5.0), (0.0, 5.0)]),
+    )
+    told = parts_told(board)
+    assert told["feet"] == "4 × rubber-foot-6x6"
+    assert told["sheet"].startswith("FR4, 12 × 32 × 0.2 mm")
+    assert told["first_natural_hz"] == pytest.approx(first_natural_hz(board), abs=0.1)
+    assert "foam" not in told

@@ -192,6 +192,8 @@ def test_what_finger_um_took_off_a_score_is_told(tmp_path: Path, chladni: Comman
     assert first in done.json["verdict"]
     assert "`[design] first_natural_hz = 250` asks for that" in done.json["verdict"]
     assert done.json["foam"] == "0.0005 N/mm³"
+    assert done.json["front"][0]["foam"] == "0.0005 N/mm³"
+    assert "first_natural_hz" not in done.json["front"][0]  # it is for one finger
 
 
 def test_a_score_as_drawn_has_no_tolerances_in_it() -> None:

@@ -107,6 +107,7 @@ WORDS = {
     "loudest_hz": "loudest at",
     "loudest_m_s2": "acceleration there",
     "modes_hz": "natural frequencies",
+    "first_natural_hz": "first natural frequency",
     "peak_hz": "peak at",
     "peak_m_s2": "acceleration at the peak",
     "ssim_loss_p99": "SSIM loss at 99 % of regions",

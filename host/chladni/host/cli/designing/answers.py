@@ -19,6 +19,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.file import MOST_BYTES
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
+from chladni.sim.fields.board_plate import first_natural_hz
 from chladni.sim.files import read_whole
 
 WORTH, WORTH_OPEN = 60, 200
@@ -127,10 +128,17 @@ def about_entry(entry: Entry) -> list[str]:
     ]
 
 
-def _feet_of(board: Board) -> str:
-    """How many of which; nothing of a board without."""
+def parts_told(board: Board) -> dict[str, Any]:
+    """What a board is made of, and for several fingers the mode below which effects are apart."""
     named = Counter(own.part or f"{own.stiffness * MM:g} N/mm" for own in board.springs)
-    return ", ".join(f"{count} × {name}" for name, count in named.items())
+    told: dict[str, Any] = {"sheet": sheet_of(board.plate)}
+    if board.foundation:
+        told["foam"] = foam_of(board.foundation)
+    if named:
+        told["feet"] = ", ".join(f"{count} × {name}" for name, count in named.items())
+    if board.is_for_several:
+        told["first_natural_hz"] = round(first_natural_hz(board), 1)
+    return told
 
 
 def result(
@@ -147,8 +155,6 @@ def result(
     )
     board = found.board
     waves = of_waves(board)
-    foam = foam_of(board.foundation) if board.foundation else ""
-    feet = _feet_of(board)
     remarks = (
         verdict,
         extent,
@@ -164,9 +170,7 @@ def result(
         "evaluations": found.evaluations,
         "seconds": found.seconds,
         "seed": found.seed,
-        "sheet": sheet_of(board.plate),
-        **({"foam": foam} if foam else {}),
-        **({"feet": feet} if feet else {}),
+        **parts_told(board),
         "actuators": [
             {"name": one.name, "at_mm": [round(1e3 * along, 6) for along in one.at]}
             for one in board.actuators

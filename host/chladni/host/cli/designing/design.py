@@ -33,6 +33,7 @@ from chladni.host.cli.designing.answers import (
     extent,
     is_answer,
     is_ended,
+    parts_told,
     result,
 )
 from chladni.host.cli.designing.remarks import (
@@ -156,12 +157,14 @@ def _make_folder(front: Path, output: Path) -> None:
 
 def _written_front(found: Design, front: Path | None, stem: str) -> list[dict[str, Any]]:
     """Numbers of the front's boards, each written to a file where a folder is given."""
-    entries: list[dict[str, Any]] = [dict(one.summary) for one in found.front]
-    if front is not None:
-        for number, (one, entry) in enumerate(zip(found.front, entries, strict=True), 1):
+    entries: list[dict[str, Any]] = []
+    for number, one in enumerate(found.front, 1):
+        board = completed_board(one.document)
+        entries.append(dict(one.summary) | parts_told(board))
+        if front is not None:
             path = front / f"{stem}-{number}.toml"
-            write_whole(path, board_file(completed_board(one.document), about_entry(one)))
-            entry["path"] = str(path)
+            write_whole(path, board_file(board, about_entry(one)))
+            entries[-1]["path"] = str(path)
     return entries
 
 
