@@ -10,6 +10,7 @@ import pytest
 
 from chladni.design.spec import parse_spec
 from chladni.sim.board.board import to_document
+from chladni.sim.board.catalogue import SHEETS, SOLD_AS, with_material
 from chladni.sim.board.file import board_from_document, load_board
 from chladni.sim.errors import MOST_FAULTS, FaultsError, InputError
 from conftest import ROOT, CommandLine
@@ -239,3 +240,27 @@ def test_a_key_in_another_block_is_told_where_it_goes() -> None:
         board_from_document(set_key("plate.name", "own"))
     with pytest.raises(InputError, match=r"loss_facto.*'loss_factor', perhaps"):
         board_from_document(set_key("plate.loss_facto", 0.1))
+
+
+@pytest.mark.parametrize(
+    ("given", "meant"),
+    [
+        ("plexiglass", "acrylic"),
+        ("PMMA", "acrylic"),
+        ("fr4", "FR4"),
+        ("Stainless-Steel", "stainless-steel"),
+        ("aluminum", "aluminium"),
+        ("acryl", "acrylic"),
+    ],
+)
+def test_a_sheet_is_known_by_what_people_buy_it_as(given: str, meant: str) -> None:
+    """Plexiglass was taken for glass, which is twenty times as stiff."""
+    with pytest.raises(InputError) as refused:
+        with_material({"material": given})
+    assert str(refused.value).endswith(f"'{meant}', perhaps")
+
+
+def test_every_trade_name_is_of_a_sheet_that_is_known() -> None:
+    assert set(SOLD_AS.values()) <= set(SHEETS)
+    assert not {own.casefold() for own in SHEETS} & SOLD_AS.keys()
+    assert all(own == own.casefold().strip() for own in SOLD_AS)

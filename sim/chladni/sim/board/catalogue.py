@@ -38,6 +38,17 @@ magnetic; ferritic kinds are magnetic as plain steel is. Loss factors are estima
 and mounts not counted."""
 
 
+SOLD_AS = {
+    **dict.fromkeys(("pmma", "plexiglass", "plexiglas", "perspex", "acrylic glass"), "acrylic"),
+    **dict.fromkeys(("makrolon", "lexan", "pc"), "polycarbonate"),
+    **dict.fromkeys(("mylar", "polyester"), "pet"),
+    **dict.fromkeys(("pcb", "glass epoxy", "fr-4", "g10"), "FR4"),
+    **dict.fromkeys(("aluminum", "alu"), "aluminium"),
+    **dict.fromkeys(("inox", "aisi 304", "1.4301"), "stainless-steel"),
+}
+"""Names that people buy sheets by: plexiglass is like glass in its name alone."""
+
+
 def with_material(plate: Any) -> Any:
     """A `[plate]` block with the numbers of its `material` where it has none of its own.
 
@@ -58,7 +69,7 @@ def with_material(plate: Any) -> Any:
     if lacking and "material" not in plate:
         raise MissingError("plate.material", f"{known}; or {', '.join(lacking)}")
     if lacking:
-        close = near_name(name, SHEETS)
+        close = _known_as(str(name)) or near_name(name, SHEETS)
         raise InputError(
             "plate.material",
             name,
@@ -66,6 +77,13 @@ def with_material(plate: Any) -> Any:
             hint=f"{close!r}, perhaps" if close else "",
         )
     return plate
+
+
+def _known_as(name: str) -> str | None:
+    """The sheet of a name in other letters, or that people buy it by."""
+    plain = name.casefold().strip()
+    same = next((own for own in SHEETS if own.casefold() == plain), None)
+    return same or SOLD_AS.get(plain)
 
 
 METALS = ("steel", "stainless-steel", "aluminium")
