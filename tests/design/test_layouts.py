@@ -25,6 +25,7 @@ from chladni.design.layouts.plain_plate import PlainPlate
 from chladni.design.layouts.ratings import ANYWHERE, OFF, ApartRating, FocusRating
 from chladni.design.spec import read_spec, spec_of
 from chladni.design.starts import chosen, document_at, layouts_of, point_of, spread_numbers
+from chladni.design.variables import Choice, variables_of
 from chladni.drives.methods import SEED
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Image, Mass
@@ -256,3 +257,20 @@ def test_exchange_finds_the_best_of_all_pairs() -> None:
     assert found[0][1][0].at == best
     assert found[0][0] == pytest.approx(every[best])
     assert every[best] > min(every.values()) + 3.0
+
+
+@pytest.mark.parametrize(
+    ("material", "open_mm", "found"),
+    [
+        ("acrylic", "free", (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0)),
+        ("acrylic", {"from": 1.5, "to": 3.5}, (1.5, 2.0, 3.0)),
+        ("FR4", {"from": 0.7, "to": 3.5}, (0.8, 1.0, 1.2, 1.6)),
+    ],
+)
+def test_sheets_are_as_thick_as_shops_sell_them(
+    material: str, open_mm: object, found: tuple[float, ...]
+) -> None:
+    """Of acrylic half a millimetre was searched, which no one sells, and not 2 to 4."""
+    (own,) = variables_of({"plate": {"material": material, "thickness_mm": open_mm}})
+    assert isinstance(own, Choice)
+    assert own.options == found

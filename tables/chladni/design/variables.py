@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import copy
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,8 +16,12 @@ from chladni.sim.errors import FaultsError, InputError
 Document = dict[str, Any]
 Where = tuple[str | int, ...]
 
+THICKNESS: Where = ("plate", "thickness_mm")
+PLASTICS = ("acrylic", "polycarbonate")
+PLASTIC_MM = [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0]
+"""Sheets of them, as plastics shops have them."""
 FREE: dict[Where, Any] = {
-    ("plate", "thickness_mm"): {"any": [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2, 1.6]},
+    THICKNESS: {"any": [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2, 1.6]},
     ("plate", "material"): {"any": list(SHEETS)},
     ("foundation", "stiffness_n_per_mm3"): {"from": 0.003, "to": 0.3},
     ("foundation", "thickness_mm"): {"any": [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0]},
@@ -97,7 +101,10 @@ def variables_of(document: Document) -> list[Variable]:
     """
     found: list[Variable] = []
     feet: dict[str, int] = {}
-    for own in _open(document, ()):
+    plate = document.get("plate")
+    is_plastic = isinstance(plate, dict) and plate.get("material") in PLASTICS
+    free = FREE | ({THICKNESS: {"any": PLASTIC_MM}} if is_plastic else {})
+    for own in _open(document, (), free):
         first = len(found)
         if isinstance(own, Choice) and own.where[::2] == ("springs", "part"):
             first = feet.setdefault(str(own.options), first)
@@ -108,18 +115,19 @@ def variables_of(document: Document) -> list[Variable]:
     return found
 
 
-def _open(value: Any, where: Where) -> Iterator[Variable]:
+def _open(value: Any, where: Where, free: Mapping[Where, Any]) -> Iterator[Variable]:
+    """What is open in a value; `free`: what that stands for in this document."""
     if value == "free" and where[:2] == EDGES:
         return  # there it is what edges are
     if value == "free":
-        if where not in FREE:
-            known = ", ".join(key_of(one) for one in FREE)
+        if where not in free:
+            known = ", ".join(key_of(one) for one in free)
             expected = f"a range, as nothing says what may be here; 'free' can be: {known}, or "
             raise InputError(key_of(where), value, expected + "actuators")
-        yield from _open(FREE[where], where)
+        yield from _open(free[where], where, free)
     elif isinstance(value, dict) and value.keys() == {"from", "to"}:
         own = range_of(value, where)
-        sold = [one for one in FREE.get(where, {}).get("any", []) if own.low <= one <= own.high]
+        sold = [one for one in free.get(where, {}).get("any", []) if own.low <= one <= own.high]
         yield Choice(where, tuple(sold)) if sold else own
     elif isinstance(value, dict) and value.keys() == {"any"}:
         options = value["any"]
@@ -129,7 +137,7 @@ def _open(value: Any, where: Where) -> Iterator[Variable]:
     elif isinstance(value, dict | list):
         entries = value.items() if isinstance(value, dict) else enumerate(value)
         for key, entry in entries:
-            yield from _open(entry, (*where, key))
+            yield from _open(entry, (*where, key), free)
 
 
 def range_of(value: dict[str, Any], where: Where) -> Range:
