@@ -141,8 +141,7 @@ class FingerPlate:
     ) -> FingerPlate:
         """Fingers at places (fingers, 2), m, on a board `over_frequency`, pressing with newtons.
 
-        `unpressed` are more places, shape (places, 2), m, whose discs are finger
-        `len(places)` and so on.
+        The discs at `unpressed` places (places, 2), m, come after the fingers'.
         """
         return cls(frequencies_of(solved), *_discs(solved, places, unpressed), newtons)
 
