@@ -119,12 +119,16 @@ def test_only_what_was_found_can_be_shown(studio: Studio) -> None:
         assert told_of(own, "refused")["field"] == "spec"
 
 
-def test_the_page_draws_a_front_and_shows_a_board_of_it(page: Page, tmp_path: Path) -> None:
-    path = tmp_path / "own.toml"
-    path.write_text(tomlkit.dumps(SPEC), encoding="utf-8")
+def search(page: Page, path: Path, spec: dict[str, Any]) -> None:
+    """Give the page a SPEC of one's own, and wait for the end of its search."""
+    path.write_text(tomlkit.dumps(spec), encoding="utf-8")
     page.get_by_text("Design a board").click()
     page.get_by_label("Or a file of your own").set_input_files(path)
-    page.get_by_text("own.toml: done").wait_for(timeout=120_000)
+    page.get_by_text(f"{path.name}: done").wait_for(timeout=120_000)
+
+
+def test_the_page_draws_a_front_and_shows_a_board_of_it(page: Page, tmp_path: Path) -> None:
+    search(page, tmp_path / "own.toml", SPEC)
     page.get_by_role("img", name="boards found").wait_for()
     dots = page.locator('[data-part="front"] circle')
     heights = dots.evaluate_all(
@@ -152,11 +156,7 @@ def test_a_search_for_several_fingers_is_shown_by_several(page: Page, tmp_path: 
         | {"height_mm": 1.5, "gap_mm": 1.0},
         image={"points": [25, 65]},
     )
-    path = tmp_path / "two.toml"
-    path.write_text(tomlkit.dumps(own), encoding="utf-8")
-    page.get_by_text("Design a board").click()
-    page.get_by_label("Or a file of your own").set_input_files(path)
-    page.get_by_text("two.toml: done").wait_for(timeout=120_000)
+    search(page, tmp_path / "two.toml", own)
     page.get_by_role("columnheader", name="2 fingers apart").wait_for()
     wanted = design(spec_of(own), samples=SAMPLES).best.summary
     cells = page.locator('[data-part="found"] tbody tr').first.get_by_role("cell")

@@ -11,6 +11,7 @@ from chladni.drives.methods import Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.search_cost import for_focus
 from chladni.drives.scoring.several_fingers.fingers_score import SETS
+from chladni.drives.scoring.several_fingers.kept_apart import kept_apart
 from chladni.drives.scoring.spread import Spread
 from chladni.sim.board.board import Board
 from chladni.sim.errors import ArgumentError, check_estimate
@@ -220,11 +221,10 @@ def _report(
     lost = []
     for one, section in zip(pairs, table.responses, strict=True):
         rows = one.rows(TableResponses(table.regions, section))
-        got, um = rows[:, 0], rows[:, 2]
-        lost.append(lost_db(one.exact, got))
-        kept, exact = (Spread.of(values.tolist()) for values in (got, one.exact))
-        each = Spread.of(um.tolist()) if np.all(np.isfinite(um)) else None
-        found.append(FrequencyIsolation(section.frequency_hz, kept, exact, each))
+        lost.append(lost_db(one.exact, rows[:, 0]))
+        kept, exact = kept_apart(one.board, rows), Spread.of(one.exact.tolist())
+        own = FrequencyIsolation(section.frequency_hz, kept.isolation_db, exact, kept.finger_um)
+        found.append(own)
     return ResponsesReport(
         pitch_mm=table.grid.pitch_mm,
         bits=table.bits,

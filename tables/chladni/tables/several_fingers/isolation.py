@@ -72,22 +72,16 @@ class DrawnPairs:
                     tell()
         known = responses_at(solved)
         board = solved.board
-        return cls(board, known, sets, _isolation_db(board, sets, known))
-
-    def isolation_db(self, plate: KnownPlate) -> FloatArray:
-        """Isolation with drives of what a plate says of itself, dB, a number per finger."""
-        return _isolation_db(self.board, self.sets, plate)
+        return cls(board, known, sets, _rows(board, sets, known)[:, 0])
 
     def rows(self, plate: KnownPlate) -> FloatArray:
-        """As of `rows_of` with these drives; shape (fingers, 4)."""
-        solve, forces = solver_of(self.board, plate, None), np.ones(len(self.board.actuators))
-        found = [rows_of(self.board, one, solve(one.places), forces) for one in self.sets]
-        return np.concatenate(found)
+        """With drives of what a plate says of itself, as of `rows_of`; shape (fingers, 4)."""
+        return _rows(self.board, self.sets, plate)
 
 
-def _isolation_db(board: Board, sets: list[FingerSet], plate: KnownPlate) -> FloatArray:
-    solve = solver_of(board, plate, None)
-    return np.concatenate([one.isolation_db(solve(one.places)) for one in sets])
+def _rows(board: Board, sets: list[FingerSet], plate: KnownPlate) -> FloatArray:
+    solve, forces = solver_of(board, plate, None), np.ones(len(board.actuators))
+    return np.concatenate([rows_of(board, one, solve(one.places), forces) for one in sets])
 
 
 def lost_db(exact: FloatArray, got: FloatArray) -> float:

@@ -230,9 +230,11 @@ def of_place(
     off, near, far = card.focal_error_mm, card.second_finger_db, card.second_finger_20mm_db
     apart, less = (12, near) if far is None else (20, far)
     is_near = off <= SECOND_FINGER_DISTANCE * 1e3
-    focuses = "does not focus" if not is_near or less <= 0.0 else "hardly focuses"
-    focuses = "focuses" if is_near and less >= NOTICED_DB else focuses
-    told = f"It {focuses}: another finger {apart} mm away gets {less_of(less)}"
+    if not is_near or less <= 0.0:
+        does = "does not focus"
+    else:
+        does = "focuses" if less >= NOTICED_DB else "hardly focuses"
+    told = f"It {does}: another finger {apart} mm away gets {less_of(less)}"
     if far is not None and far - near >= SAME_DB:
         told += f", one 12 mm away {less_of(near)}"
     told += f"; the maximum lies {off:.1f} mm from the finger"
