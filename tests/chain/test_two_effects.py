@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from chladni.calibration.hidden import HiddenPlate
 from chladni.effects import shipped_effects
 from chladni.effects.bank.layout import SIGNAL_HZ
-from chladni.host.cli.effects.drawn_fingers import played_pairs
+from chladni.host.cli.effects.presses import of_effects
 from chladni.host.cli.effects.setup import Setup
 from chladni.host.emulation import felt_over_time
 from chladni.host.emulation.emulator import Emulator, TouchEvent
@@ -112,7 +112,6 @@ def test_the_command_plays_an_effect_under_each_finger(
             "--other is required: X,Y",
         ),
         ((*places, "--other-effect", "thus"), "--other-effect: expected click"),
-        (("--pairs", "2", "--other-effect", "thud"), "--other-effect does not go with --pairs"),
     ):
         refused = chladni("play", "click", *words, *where)
         assert (refused.code, said in " ".join(refused.err.split())) == (2, True), refused.err
@@ -196,10 +195,9 @@ def test_pairs_are_on_a_plate_that_the_device_does_not_know(table: Table, board:
     """On the board itself with coils half as strong."""
     count = len(board.actuators)
     weak = HiddenPlate(board, np.full(count, 0.5), np.ones(count), 0, "weak")
+    (press, _) = of_effects([shipped_effects()[name] for name in ("click", "tick")], [HERE, THERE])
     known, hidden = (
-        played_pairs(
-            Setup(table, board, plate, None, None), shipped_effects()["click"], 1, as_json=True
-        )
-        for plate in (None, weak)
+        press.played(setup, setup.solved())
+        for setup in (Setup(table, board, plate, None, None) for plate in (None, weak))
     )
-    assert hidden["peak_um"]["median"] == pytest.approx(0.5 * known["peak_um"]["median"], rel=1e-6)
+    assert hidden.peak_um == pytest.approx(0.5 * known.peak_um, rel=1e-6)

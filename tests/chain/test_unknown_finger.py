@@ -147,6 +147,7 @@ def test_a_board_for_several_knows_all_fingers(chladni: CommandLine) -> None:
         (("click", "--port", "nowhere"), "--places does not go with --port or --udp"),
         (("click",), "--emulator is required: the device that --places plays on"),
         (("click", "--emulator", "--places", "0"), "--places: expected 1 to 1000, got 0"),
+        (("click", "--emulator", "--other-effect", "tick"), "only --pairs has another finger"),
     ],
 )
 def test_what_is_of_one_place_is_refused(

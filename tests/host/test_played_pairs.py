@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,13 +19,17 @@ from chladni.tables.several_fingers.build import responses_table
 from conftest import CommandLine
 
 
-def test_pairs_have_what_each_of_them_has_alone(
-    chladni: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.fixture(scope="module")
+def table(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Responses of `strip5`, some 7 mm apart."""
+    path = tmp_path_factory.mktemp("tables") / "t.chl"
+    path.write_bytes(pack(responses_table(load_board("strip5"), pitch=7e-3, bits=12)[0]))
+    return path
+
+
+def test_pairs_have_what_each_of_them_has_alone(chladni: CommandLine, table: Path) -> None:
     """They are the first that a score of the board draws, and the first finger plays."""
-    monkeypatch.setattr(isolation, "SETS", 4)
-    board, table = load_board("strip5"), tmp_path / "t.chl"
-    table.write_bytes(pack(responses_table(board, pitch=7e-3, bits=12)[0]))
+    board = load_board("strip5")
     words = ("--emulator", "--board", "strip5", "--table", table, "--json")
     found = chladni("play", "click", *words, "--pairs", "2")
     assert found.code == 0, found.err
@@ -58,14 +63,91 @@ def test_without_a_table_it_is_told_what_plays_and_each_of_few_pairs(
     assert "rested" not in played.out
 
 
+def _over_db(fingers: list[dict[str, Any]]) -> list[float]:
+    return [one["over_other_effect_db"] for one in fingers]
+
+
+def test_pairs_of_two_effects_have_what_each_has_alone(chladni: CommandLine, table: Path) -> None:
+    words = ("--emulator", "--board", "strip5", "--table", table, "--other-effect", "tick")
+    found = chladni("play", "click", *words, "--pairs", "2", "--json")
+    assert found.code == 0, found.err
+    alone = []
+    for pair in finger_sets(load_board("strip5"), 2, 2, 16e-3, np.random.default_rng(SEED)) / MM:
+        one, other = (f"{x!r},{y!r}" for x, y in pair.tolist())
+        played = chladni("play", "click", *words, "--at", one, "--other", other, "--json")
+        alone.append(played.json["fingers"])
+    levels = np.transpose([_over_db(own) for own in alone])
+    for own, middle, peak in zip(found.json["fingers"], levels.mean(axis=1), "AB", strict=True):
+        assert own["name"] == peak
+        assert own["over_other_effect_db"]["median"] == pytest.approx(middle, abs=1e-6)
+    (a, b), worst = np.median(levels, axis=1), levels.min(axis=1)
+    assert found.json["verdict"] == (
+        f"Over 2 pairs A gets {a:.0f} dB more of its click than of B's tick at the median, "
+        f"{worst[0]:.0f} at the worst; B gets {b:.0f} dB more of its tick than of A's click at the "
+        f"median, {worst[1]:.0f} at the worst."
+    )
+
+
+TWO_KEYS = """
+name = "keys"
+[[area]]
+name = "upper"
+rectangle_mm = [-6, 6, 6, 18]
+press = "click"
+[[area]]
+name = "lower"
+rectangle_mm = [-6, -18, 6, -6]
+press = "tick"
+"""
+
+
+def test_pairs_of_a_bank_lie_in_its_areas(
+    chladni: CommandLine, table: Path, tmp_path: Path
+) -> None:
+    """Those of all drawn pairs that do; both fingers' levels count alike."""
+    bank = tmp_path / "keys.toml"
+    bank.write_text(TWO_KEYS)
+    words = ("--emulator", "--board", "strip5", "--table", table, "--bank", bank, "--together")
+    found = chladni("play", *words, "--pairs", "2", "--json")
+    assert found.code == 0, found.err
+    drawn = finger_sets(load_board("strip5"), 2, 400, 16e-3, np.random.default_rng(SEED)) / MM
+    inside = np.abs(np.abs(drawn[..., 1]) - 12.0).max(axis=1) < 6.0
+    over_db: list[float] = []
+    for pair in drawn[inside & (np.abs(drawn[..., 0]).max(axis=1) < 6.0)][:2].tolist():
+        one, other = ("{!r},{!r}".format(*place) for place in pair)
+        played = chladni("play", *words, "--at", one, "--other", other, "--json")
+        over_db += _over_db(played.json["fingers"])
+    middle = np.median(over_db)
+    assert found.json["over_other_effect_db"]["median"] == pytest.approx(middle, abs=1e-6)
+    assert found.json["bank"] == "keys"
+    assert "a finger gets" in found.json["verdict"]
+    assert "more of its own effect than of the other's" in found.json["verdict"]
+
+
+def test_a_bank_beside_the_board_meets_no_pair(
+    chladni: CommandLine, table: Path, tmp_path: Path
+) -> None:
+    bank = tmp_path / "keys.toml"
+    bank.write_text(TWO_KEYS.replace("6, 6, 6, 18", "6, 86, 6, 98"))
+    words = ("--emulator", "--board", "strip5", "--table", table, "--bank", bank, "--together")
+    answer = chladni("play", *words, "--pairs", "1")
+    assert (answer.code, answer.out) == (2, "")
+    assert "--pairs: expected a bank that many drawn fingers meet, got 1" in answer.err
+
+
 @pytest.mark.parametrize(
     ("words", "named"),
     [
         (("click", "--emulator", "--at", "0,0"), "--at does not go with --pairs"),
         (("click", "--emulator", "--figure", "a.png"), "--figure does not go with --pairs"),
-        (("--emulator", "--bank", "slider"), "--bank does not go with --pairs"),
+        (("--emulator", "--bank", "slider", "--rested"), "--rested does not go with --pairs"),
+        (("click", "--emulator", "--together"), "--together does not go with EFFECT"),
+        (
+            ("--emulator", "--bank", "slider", "--other-effect", "tick"),
+            "--other-effect does not go with --bank",
+        ),
         (("--emulator",), "EFFECT is required: a shipped effect"),
-        (("click", "--emulator", "--bank", "slider"), "--bank does not go with --pairs"),
+        (("click", "--emulator", "--bank", "slider"), "EFFECT does not go with --bank"),
         (("click", "--port", "nowhere"), "--pairs does not go with --port or --udp"),
     ],
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -12,31 +12,60 @@ from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.several_fingers.finger_sets import finger_sets
 from chladni.drives.scoring.spread import Spread
+from chladni.effects.bank.unpack import unpack_bank
 from chladni.effects.effect import Effect
+from chladni.host.cli.common.finger_remarks import say_waves
 from chladni.host.cli.common.options import required
-from chladni.host.cli.common.output import progress_bar
+from chladni.host.cli.common.output import Place, answer, progress_bar
 from chladni.host.cli.device.connection import Connection
+from chladni.host.cli.effects.presses import Press, bank_for, of_bank, of_effects
 from chladni.host.cli.effects.remarks import say_bias, say_short_places
-from chladni.host.cli.effects.setup import Setup
-from chladni.host.emulation.played_effect import PlayedEffect, play_effect
+from chladni.host.cli.effects.setup import Setup, setup_of
+from chladni.host.cli.effects.verdicts import over_other_effect_db
+from chladni.host.emulation.played_effect import PlayedEffect, check_can_play
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ArgumentError, ConflictError, MissingError
 
 MOST_DRAWN = 1000
+MOST_DRAWS = 1000
+"""For each pair that is asked for: in one of them a bank's areas are too few or too small."""
 FEW = 10
 """Fewer have no tenth."""
 
 
 def check_drawn(
-    connection: Connection, effect: str | None, option: str, given: Sequence[str]
+    connection: Connection,
+    effects: Sequence[str | None],
+    given: Mapping[str, object],
+    *,
+    pairs: bool,
+    together: bool,
 ) -> None:
-    """Refuse what is of given fingers, and what does not score."""
-    if connection.emulated_bank is not None:
-        given = [*given, "--bank"]
-    if given:
-        hint = f"{option} draws where fingers lie, of one effect alone"
-        raise ConflictError(given[0], option, hint=hint)
-    required("EFFECT", effect, "a shipped effect (`chladni effects list`) or a file, to play")
+    """Refuse what is of given fingers, what does not score, and two effects for one finger.
+
+    Parameters
+    ----------
+    effects
+        Of the finger that plays, and of the other one.
+    given
+        Values of options that are of no drawn fingers.
+    """
+    option, bank = "--pairs" if pairs else "--places", connection.emulated_bank is not None
+    named = [own for own, value in given.items() if value]
+    if named:
+        raise ConflictError(named[0], option, hint=f"{option} draws where fingers lie")
+    others = {"--other-effect": effects[1] is not None, "--together": together}
+    for own in [name for name, is_given in others.items() if is_given]:
+        if not pairs:
+            raise ConflictError(own, option, hint="only --pairs has another finger that plays")
+        if bank != (own == "--together"):
+            hint = "of a bank both play with --together, of effects with --other-effect"
+            raise ConflictError(own, "--bank" if bank else "EFFECT", hint=hint)
+    if effects[0] is not None and bank:
+        raise ConflictError("EFFECT", "--bank", hint="one of them is what is played")
+    if not bank:
+        what = "a shipped effect (`chladni effects list`) or a file, to play, or --bank"
+        required("EFFECT", effects[0], what)
     if not connection.emulator:
         hint = "only emulated pins are scored"
         if connection.port is None and connection.udp is None:
@@ -44,87 +73,159 @@ def check_drawn(
         raise ConflictError(option, "--port or --udp", hint=f"{hint}: --emulator")
 
 
-def played_pairs(
-    setup: Setup, effect: Effect, count: int, *, as_json: bool, **how: Any
-) -> dict[str, Any]:
-    """Rows of what both fingers have of an effect; the first finger of each pair plays.
+def play_drawn(
+    connection: Connection,
+    effects: Sequence[Effect],
+    count: int,
+    hidden: str | None,
+    *,
+    pairs: bool,
+    together: bool,
+    as_json: bool,
+    **how: Any,
+) -> None:
+    """Tell what so many drawn `pairs` have, or one finger alone at so many places.
 
-    The pairs are the first of those that `fingers` and `board score` draw. Of few pairs people get
-    each in place of shares of them. `how` is as of `play_effect`.
+    The effects are of the first finger of each and maybe of the second, or, if there are none, of
+    the bank's areas: the first finger presses one of them, `together` both. Pairs are the first of
+    those that `fingers` and `board score` draw, of a bank those in its areas. Of few people get
+    each in place of shares of them. `how`: as of `play_effect`.
     """
-    found = _played(setup, effect, count, 2, how)
-    unfelt = [(one.other_peak_um or 0.0) <= (one.just_felt_um or 0.0) for one in found]
-    knows = found[0].just_felt_um is not None
-    rest = f"; {sum(unfelt)} of {count} feel nothing of it while they rest" if knows else ""
-    levels = [one.isolation_db or 0.0 for one in found]
+    bank = None if effects else bank_for(connection)
+    setup = setup_of(connection, (), hidden)
+    say_waves(setup.board)
+
+    def presses_at(places: Sequence[Place]) -> list[Press]:
+        if bank is None:
+            return of_effects(effects, places)
+        return of_bank(bank, places, together=together)
+
+    drawn = _drawn(setup, presses_at, count, pairs=pairs)
+    found = _played(setup, drawn, how if pairs else how | {"unknown": True})
+    if bank is None:
+        say_short_places([one for own in found for one in own], how["level_um"])
+    say_bias(found[0])
+    names = [own.name for own in effects]
+    known: dict[str, Any] = {"effect": names[0] if len(names) == 1 else None}
+    known |= {"bank": None if bank is None else unpack_bank(bank).name}
+    known |= setup.rows(as_json=as_json)
+    known |= {"pairs" if pairs else "places": count, "newtons": how["newtons"]}
+    tell = _of_two if len(found[0]) > 1 else _of_one if pairs else _of_unknown
+    rows = tell(found, names, as_json=as_json)
+    rows = {"verdict": f"Over {count} {'pairs' if pairs else 'places'} {rows.pop('verdict')}"} | (
+        known | rows | {"rested": _rested(found[0][0])}
+    )
+    answer(rows, as_json=as_json, title=setup.played_on)
+
+
+def _of_one(
+    found: Sequence[Sequence[PlayedEffect]], _: Sequence[str], *, as_json: bool
+) -> dict[str, Any]:
+    """The first finger of each pair plays."""
+    played = [own for (own,) in found]
+    unfelt = [(one.other_peak_um or 0.0) <= (one.just_felt_um or 0.0) for one in played]
+    knows = played[0].just_felt_um is not None
+    rest = f"; {sum(unfelt)} of {len(found)} feel nothing of it while they rest" if knows else ""
+    levels = [one.isolation_db or 0.0 for one in played]
     return {
-        "verdict": f"Over {count} pairs the other finger gets {_less(levels)}{rest}.",
-        "effect": effect.name,
-        **setup.rows(as_json=as_json),
-        "pairs": count,
-        "newtons": how["newtons"],
-        **_spreads({"peak_um": _peaks(found), "isolation_db": levels}, as_json=as_json),
+        "verdict": f"the other finger gets {_told(levels, 'less')}{rest}.",
+        **_spreads({"peak_um": _peaks(played), "isolation_db": levels}, as_json=as_json),
         "unfelt": float(np.mean(unfelt)) if knows else None,
-        "rested": _rested(found),
     }
 
 
-def played_places(
-    setup: Setup, effect: Effect, count: int, *, as_json: bool, **how: Any
+def _of_two(
+    found: Sequence[Sequence[PlayedEffect]], effects: Sequence[str], *, as_json: bool
 ) -> dict[str, Any]:
-    """Rows of what one finger has of an effect, and what another of which no device knows.
+    """Both fingers of each pair play, of a bank either one anything."""
+    levels = np.array([over_other_effect_db(own) for own in found])
+    key = "over_other_effect_db"
+    if not effects:
+        every = levels.ravel().tolist()
+        told = _told(every, "more of its own effect than of the other's")
+        peaks = _peaks([one for own in found for one in own])
+        spreads = _spreads({"peak_um": peaks, key: every}, as_json=as_json)
+        return {"verdict": f"a finger gets {told}.", **spreads}
+    sentences, rows = [], []
+    for own, other in ((0, 1), (1, 0)):
+        more = f"more of its {effects[own]} than of {'AB'[other]}'s {effects[other]}"
+        sentences.append(f"{'AB'[own]} gets {_told(levels[:, own].tolist(), more)}")
+        peaks = _peaks([one[own] for one in found])
+        spreads = _spreads({"peak_um": peaks, key: levels[:, own].tolist()}, as_json=as_json)
+        rows.append({"name": "AB"[own], "effect": effects[own]} | spreads)
+    verdict = {"verdict": f"{'; '.join(sentences)}."}
+    if as_json:
+        return verdict | {"fingers": rows}
+    return verdict | {one["name"]: one | {"name": None} for one in rows}
+
+
+def _of_unknown(
+    found: Sequence[Sequence[PlayedEffect]], _: Sequence[str], *, as_json: bool
+) -> dict[str, Any]:
+    """One finger plays, and the device knows of no other.
 
     Raises
     ------
     ArgumentError
         The board has no two places 20 mm apart.
     """
-    found = _played(setup, effect, count, 1, how | {"unknown": True})
-    levels = [one.second_finger_20mm_db for one in found if one.second_finger_20mm_db is not None]
+    played = [own for (own,) in found]
+    levels = [one.second_finger_20mm_db for one in played if one.second_finger_20mm_db is not None]
     if not levels:
-        raise ArgumentError("--places", count, "a board with places 20 mm apart")
+        raise ArgumentError("--places", len(found), "a board with places 20 mm apart")
     return {
         "verdict": (
-            f"Over {count} places another finger 20 mm away or farther, of which the device knows "
-            f"nothing, gets {_less(levels)}."
+            "another finger 20 mm away or farther, of which the device knows nothing, gets "
+            f"{_told(levels, 'less')}."
         ),
-        "effect": effect.name,
-        **setup.rows(as_json=as_json),
-        "places": count,
-        "newtons": how["newtons"],
-        **_spreads({"peak_um": _peaks(found), "second_finger_20mm_db": levels}, as_json=as_json),
-        "rested": _rested(found),
+        **_spreads({"peak_um": _peaks(played), "second_finger_20mm_db": levels}, as_json=as_json),
     }
 
 
+def _drawn(
+    setup: Setup, presses_at: Callable[[Sequence[Place]], list[Press]], count: int, *, pairs: bool
+) -> list[list[Press]]:
+    """Presses of so many drawn sets of fingers, those left out that press no area of a bank.
+
+    Raises
+    ------
+    InputError
+        The board has no room for two fingers, or a bank's areas are too few or too small.
+    """
+    rng, found = np.random.default_rng(SEED), []
+    for _ in range(count * MOST_DRAWS):
+        (places,) = finger_sets(setup.board, 2 if pairs else 1, 1, LEAST_APART, rng) / MM
+        try:
+            found.append(presses_at([(x, y) for x, y in places.tolist()]))
+        except ArgumentError:
+            continue
+        if len(found) == count:
+            return found
+    option, hint = "--pairs" if pairs else "--places", "are its areas on the board, and apart?"
+    raise ArgumentError(option, count, "a bank that many drawn fingers meet", hint=hint)
+
+
 def _played(
-    setup: Setup, effect: Effect, count: int, fingers: int, how: dict[str, Any]
-) -> list[PlayedEffect]:
-    board, rng = setup.board, np.random.default_rng(SEED)
-    sets = finger_sets(board, fingers, count, LEAST_APART, rng) / MM
-    how = how | setup.solved()
-    found: list[PlayedEffect] = []
-    with progress_bar("pairs" if fingers > 1 else "places") as progress:
-        for first, *others in sets.tolist():
-            other = tuple(others[0]) if others else None
-            found.append(
-                play_effect(setup.table, board, effect, tuple(first), other_mm=other, **how)
-            )
-            progress(len(found), count)
-    say_short_places(found, how["level_um"])
-    say_bias(found)
+    setup: Setup, drawn: Sequence[Sequence[Press]], how: dict[str, Any]
+) -> list[list[PlayedEffect]]:
+    how, found = how | setup.solved(), []
+    check_can_play(setup.table, setup.board, drawn[0][0].other_mm)
+    with progress_bar("places" if drawn[0][0].other_mm is None else "pairs") as progress:
+        for presses in drawn:
+            found.append([one.played(setup, how) for one in presses])
+            progress(len(found), len(drawn))
     return found
 
 
-def _less(levels: Sequence[float]) -> str:
-    """How much less another finger gets, in words."""
+def _told(levels: Sequence[float], what: str) -> str:
+    """Decibels, in words."""
     spread = Spread.of(list(levels))
     worst = (
         f"{min(levels):z.0f} at the worst"
         if len(levels) < FEW
         else f"{spread.p10:z.0f} at the worst tenth"
     )
-    return f"{spread.median:z.0f} dB less at the median, {worst}"
+    return f"{spread.median:z.0f} dB {what} at the median, {worst}"
 
 
 def _peaks(found: Sequence[PlayedEffect]) -> list[float]:
@@ -139,5 +240,5 @@ def _spreads(told: dict[str, list[float]], *, as_json: bool) -> dict[str, Any]:
     }
 
 
-def _rested(found: Sequence[PlayedEffect]) -> bool | None:
-    return found[0].rested if found[0].bias_um is not None else None
+def _rested(one: PlayedEffect) -> bool | None:
+    return one.rested if one.bias_um is not None else None

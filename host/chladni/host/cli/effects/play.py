@@ -19,12 +19,8 @@ from chladni.host.cli.common.options import (
 from chladni.host.cli.common.output import Place, answer, parse_place, say
 from chladni.host.cli.common.ranges import check_apart, within
 from chladni.host.cli.device.connection import Connection, connecting
-from chladni.host.cli.effects.drawn_fingers import MOST_DRAWN, check_drawn
-from chladni.host.cli.effects.emulated import (
-    play_emulated,
-    play_emulated_bank,
-    play_emulated_drawn,
-)
+from chladni.host.cli.effects.drawn_fingers import MOST_DRAWN, check_drawn, play_drawn
+from chladni.host.cli.effects.emulated import play_emulated, play_emulated_bank
 from chladni.host.cli.effects.on_device import play_on_device
 from chladni.host.cli.effects.remarks import say_filtered
 from chladni.sim.errors import ConflictError, InputError, MissingError
@@ -105,7 +101,8 @@ def play(
         typer.Option(
             callback=within(1, MOST_DRAWN),
             help="In place of --at: so many drawn pairs on an emulated device, and what they keep; "
-            "without a figure.",
+            "without a figure. --other-effect has the other finger play, too; with --bank the "
+            "fingers lie in its areas.",
         ),
     ] = None,
     drawn: Annotated[
@@ -128,14 +125,16 @@ def play(
     how: dict[str, Any] = {"level": float(10.0 ** (level_db / 20.0)), "level_um": level_um}
     of_emulated: dict[str, Any] = {"newtons": press, "rested": rested, "as_json": as_json}
     if pairs is not None or drawn is not None:
-        given: dict[str, object] = {"--at": at, "--other": other, "--other-effect": other_effect}
-        given |= {"--figure": figure, "--together": together}
+        given: dict[str, object] = {"--at": at, "--other": other, "--figure": figure}
         given |= {} if pairs is None else {"--places": drawn}
-        named = [option for option, value in given.items() if value]
-        check_drawn(connection, effect, "--places" if pairs is None else "--pairs", named)
-        how |= {"pairs": pairs is not None}
-        count = pairs or drawn or 1
-        play_emulated_drawn(connection, _read(effect), count, hidden, **how, **of_emulated)
+        of_bank = connection.emulated_bank is not None
+        given |= {"--rested": rested} if of_bank else {}
+        kind = {"pairs": pairs is not None, "together": together}
+        check_drawn(connection, (effect, other_effect), given, **kind)
+        effects = [] if of_bank else [_read(effect).effect]
+        if other_effect is not None:
+            effects.append(_read(other_effect, "--other-effect").effect)
+        play_drawn(connection, effects, pairs or drawn or 1, hidden, **kind, **how, **of_emulated)
         return
     places = _places(at, other)
     check_figure(figure)

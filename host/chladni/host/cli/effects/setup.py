@@ -52,11 +52,16 @@ class Setup:
 
     @property
     def title(self) -> str:
-        """Of an answer, and above a figure."""
+        """Above a figure."""
         told = [f"{self.board.name} {self.board.known_as}"]
         told += [] if self.hidden is None else [f"hidden plate {self.hidden}"]
         told += [] if self.file is None else [f"table {self.file.name}"]
         return ", ".join(told)
+
+    @property
+    def played_on(self) -> str:
+        """Title of an answer."""
+        return f"Played on {self.title} (emulated)"
 
     def rows(self, *, as_json: bool) -> dict[str, Any]:
         """The same in an answer: words for people, a name for programs."""
