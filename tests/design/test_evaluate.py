@@ -9,6 +9,7 @@ import pytest
 
 from chladni.design.evaluate import (
     COARSE,
+    FINGER_SETS,
     NO_NUMBER_DB,
     completed_board,
     evaluate,
@@ -18,6 +19,7 @@ from chladni.design.evaluate import (
 from chladni.design.spec import spec_of
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.as_built import score_together
+from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
 from chladni.drives.scoring.small_amplitude import SoftWave, soft_wave
 from chladni.host.manufacture.board_parts import mechanical_parts
 from chladni.sim.board.file import load_board, read_document
@@ -143,3 +145,27 @@ def test_several_fingers_are_not_to_get_what_one_would_of_a_focus(
         known = evaluate(both, document, SEED)
         assert known.terms["fingers_2_db"] == found.terms["fingers_2_db"]
         assert known.terms["finger_db"] > NO_NUMBER_DB
+
+
+def test_a_click_counts_as_score_fingers_has_it() -> None:
+    """On its own, of two fingers, and the layouts are rated by two as well."""
+    spec = spec_of(small(design={"coils": 2, "weights": {"fingers_click_db": 2.0}}))
+    assert spec.is_for_several
+    assert spec.finger_counts == (2,)
+    places = [{"name": "a", "at_mm": [0.0, -9.0]}, {"name": "b", "at_mm": [0.0, 9.0]}]
+    document = spec.document | {"actuators": places}
+    document["electronics"] = document["electronics"] | {"pwm_pins": [2, 4]}
+    found = evaluate(spec, document, SEED)
+    assert found.broken is None
+    samples = spec.settings.samples
+    board = completed_board(document, COARSE)
+    sets = FINGER_SETS * samples
+    (two,) = score_fingers(board, (2,), sets=sets, samples=samples, seed=SEED, clicks=True).counts
+    assert two.perturbed is not None
+    assert two.perturbed.click_db is not None
+    assert found.terms["fingers_click_db"] == pytest.approx(two.perturbed.click_db.p10, abs=1e-9)
+    assert found.robust_score == pytest.approx(2.0 * two.perturbed.click_db.p10, abs=1e-9)
+    assert two.click_db is not None
+    assert found.score == pytest.approx(2.0 * two.click_db.p10, abs=1e-9)
+    tones = spec_of(small(design={"coils": 2, "weights": {"fingers_2_db": 1.0}}))
+    assert evaluate(tones, document, SEED).terms["fingers_click_db"] == NO_NUMBER_DB

@@ -217,6 +217,7 @@ def test_a_layout_for_several_is_rated_by_the_best_drives_that_there_are() -> No
 def test_layouts_for_several_are_rated_as_their_boards_score() -> None:
     """On six soft feet, where the rating for one finger's focus told nothing."""
     spec = read_spec(ROOT / "boards" / "specs" / "feet5.toml")
+    spec = replace(spec, weights={"fingers_2_db": 1.0, "fingers_um_db": 0.3})
     numbers = spread_numbers(spec, 1)[0]
     board = completed_board(document_of(spec, numbers, [(0.0, 0.0)]))
     wide, close = (

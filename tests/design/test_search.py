@@ -24,8 +24,9 @@ from chladni.design.front import Design, Entry, front_of
 from chladni.design.last_boards import boards_more
 from chladni.design.layouts.layouts import Layout
 from chladni.design.search import design
-from chladni.design.spec import FINGER_LEVEL, FINGER_TERMS, spec_of
+from chladni.design.spec import spec_of
 from chladni.design.variables import filled
+from chladni.design.weights import FINGER_LEVEL, OF_FINGERS
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.board_score import score_board
 from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
@@ -281,7 +282,7 @@ def test_the_front_has_what_nothing_else_matches() -> None:
 
 def test_where_several_fingers_are_weighed_one_alone_is_no_goal() -> None:
     def of_several(own: Entry, apart: float, um_db: float) -> Entry:
-        terms = {**own.evaluation.terms} | dict.fromkeys(FINGER_TERMS, -300.0)
+        terms = {**own.evaluation.terms} | dict.fromkeys(OF_FINGERS, -300.0)
         terms |= {"fingers_2_db": apart, FINGER_LEVEL: um_db}
         return Entry(own.document, Evaluation(apart, apart, None, terms))
 

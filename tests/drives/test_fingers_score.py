@@ -11,7 +11,11 @@ from chladni.drives.fingers import drives_for, responses_at
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
-from chladni.drives.scoring.several_fingers.fingers_score import FingersScore, score_fingers
+from chladni.drives.scoring.several_fingers.fingers_score import (
+    FingersScore,
+    score_fingers,
+    solver_of,
+)
 from chladni.drives.scoring.several_fingers.kept_apart import most_newtons
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -170,3 +174,24 @@ def test_fingers_beside_their_places_and_pressing_hard_lose_little(strip: Board)
     assert there - 6.0 < median(beside=2e-3) < there - 0.3
     assert there - 10.0 < median(newtons=3.0) < there - 0.3
     assert median(beside=12e-3) < there - 8.0  # a finger is as wide
+
+
+def test_a_click_keeps_what_its_real_gains_keep_at_200_hz(strip: Board) -> None:
+    """Found at the board's own frequency, played on the plate under both fingers; alone nothing."""
+    alone, two = score_fingers(strip, (1, 2), sets=3, samples=1, clicks=True).counts
+    assert alone.click_db is None
+    kept = []
+    known, solved = responses_at(solved_board(strip)), solved_board(strip).at_frequency(200.0)
+    for places in two.places:
+        fingers = FingerSet.of(solved, places, pressing_stiffness(1.0, 200.0))
+        solve = solver_of(strip, known, None, real=True)
+        drives = solve(places)
+        assert np.all(drives.imag == 0.0)
+        kept += fingers.isolation_db(drives).tolist()
+    assert two.click_db is not None
+    assert two.click_db.median == pytest.approx(np.median(kept), abs=1e-9)
+    assert two.click_db.p10 == pytest.approx(np.percentile(kept, 10.0), abs=1e-9)
+    assert two.perturbed is not None
+    assert two.perturbed.click_db is not None
+    assert two.perturbed.click_db.median != two.click_db.median
+    assert score_fingers(strip, (2,), sets=1, samples=0).counts[0].click_db is None

@@ -132,7 +132,10 @@ def test_a_design_for_several_fingers_says_how_clicks_are_told(
     say_next(found, spec_of(small(design=places)), Path("own.toml"))
     said = " ".join(capsys.readouterr().err.split())
     assert "`chladni play click --pairs 20 --emulator --board own.toml` tells what clicks" in said
-    assert "10 to 30 dB less on a plate that rings below some 350 Hz" in said
+    assert "These are tones: " in said
+    places = {"coils": 5, "weights": {"fingers_click_db": 1.0}}
+    say_next(found, spec_of(small(design=places)), Path("own.toml"))
+    assert "tones, and clicks as they are reckoned: " in " ".join(capsys.readouterr().err.split())
     found = SimpleNamespace(draws=4, seed=1, board=load_board("pad16"))
     say_next(found, spec_of(small()), Path("own.toml"))
     said = " ".join(capsys.readouterr().err.split())

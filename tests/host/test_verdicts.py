@@ -100,7 +100,7 @@ def test_a_small_board_is_judged_by_the_farthest_finger_that_fits() -> None:
     ],
 )
 def test_what_would_help_was_tried(spacing: float | None, tried: float | None, words: str) -> None:
-    def told(level: float, *, for_fingers: bool = False) -> str:
+    def told(level: float, *, for_fingers: bool = False, clicks: Spread | None = None) -> str:
         score: Any = SimpleNamespace(
             **vars(statistics(level, level)),
             coil_spacing_mm=spacing,
@@ -108,7 +108,10 @@ def test_what_would_help_was_tried(spacing: float | None, tried: float | None, w
             perturbed=None,
         )
         two: Any = SimpleNamespace(
-            isolation_db=spread(31.0, 12.0), finger_um=spread(5.0, 0.3), perturbed=None
+            isolation_db=spread(31.0, 12.0),
+            click_db=clicks,
+            finger_um=spread(5.0, 0.3),
+            perturbed=None,
         )
         remedies = [] if tried is None else [Remedy("softer foam", tried), Remedy("none", -9.0)]
         return of_board(score, two, frequency_hz=160.0, for_fingers=for_fingers, tried=remedies)
@@ -123,6 +126,7 @@ def test_what_would_help_was_tried(spacing: float | None, tried: float | None, w
         "Each gets 5 µm of its own, 0.3 at the worst tenth, which a resting finger does not feel."
     )
     assert not words or words not in told(0.0, for_fingers=True)
+    assert "12 at the worst tenth (a click 26 and 4), as" in told(0.0, clicks=spread(26.0, 4.0))
 
 
 def test_what_stiffer_foam_leaves_is_told_with_what_fingers_get(strip: Board) -> None:

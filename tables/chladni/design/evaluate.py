@@ -13,8 +13,14 @@ import numpy as np
 from chladni.design.keep_out import KeepOut, KeptFoot, kept_feet
 from chladni.design.layouts.layouts import Place, closest
 from chladni.design.pins import of_its_driver
-from chladni.design.spec import BUILT_TERMS, FINGER_LEVEL, FINGER_TERMS, Spec
+from chladni.design.spec import Spec
 from chladni.design.variables import Document, filled
+from chladni.design.weights import (
+    BUILT_TERMS,
+    FINGER_CLICK,
+    FINGER_LEVEL,
+    OF_FINGERS,
+)
 from chladni.drives.scoring.as_built import score_together
 from chladni.drives.scoring.board_score import BoardScore, score_board
 from chladni.drives.scoring.several_fingers.fingers_score import SETS, score_fingers
@@ -163,15 +169,19 @@ def costly_terms(
 def _finger_terms(
     spec: Spec, board: Board, samples: int, seed: int, sets: int
 ) -> tuple[Terms, Terms]:
-    counts = [count for name, count in FINGER_TERMS.items() if name in spec.weights]
-    if not counts and FINGER_LEVEL not in spec.weights:
+    if not spec.finger_counts:
         return {}, {}
-    nominal, robust = (dict.fromkeys((*FINGER_TERMS, FINGER_LEVEL), NO_NUMBER_DB) for _ in range(2))
-    for own in score_fingers(board, counts or [2], sets=sets, samples=samples, seed=seed).counts:
+    nominal, robust = (dict.fromkeys(OF_FINGERS, NO_NUMBER_DB) for _ in range(2))
+    clicks = FINGER_CLICK in spec.weights
+    score = score_fingers(
+        board, spec.finger_counts, sets=sets, samples=samples, seed=seed, clicks=clicks
+    )
+    for own in score.counts:
         assert own.perturbed is not None
         for found, kept in ((nominal, own), (robust, own.perturbed)):
             found[f"fingers_{own.fingers}_db"] = kept.isolation_db.p10
             found[FINGER_LEVEL] = _micrometres_db(kept.finger_um.p10 if kept.finger_um else 0.0)
+            found[FINGER_CLICK] = kept.click_db.p10 if kept.click_db else NO_NUMBER_DB
     return nominal, robust
 
 

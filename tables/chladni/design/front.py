@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from chladni.design.evaluate import NO_NUMBER_DB, Evaluation, completed_board
-from chladni.design.spec import FINGER_LEVEL, FINGER_TERMS
 from chladni.design.variables import Document
+from chladni.design.weights import FINGER_CLICK, FINGER_LEVEL, FINGER_TERMS
 from chladni.drives.scoring.board_score import BoardScore
 from chladni.sim.board.board import Board
 
 OF_ONE = {"second_finger_20mm_db": 0.25, "finger_db": 0.5}
-OF_SEVERAL = dict.fromkeys(FINGER_TERMS, 0.25) | {FINGER_LEVEL: 0.5}
+OF_SEVERAL = dict.fromkeys((*FINGER_TERMS, FINGER_CLICK), 0.25) | {FINGER_LEVEL: 0.5}
 OF_ANY = {"coils": 0.0, "area_cm2": 0.0}
 """Terms that count, and by how much one board must be better to stand beside another: smaller
 differences no one would build two boards for. Where a SPEC weighs several fingers, they count in
@@ -48,7 +48,7 @@ class Entry:
         terms = self.evaluation.terms
         several = {
             name: terms[name]
-            for name in FINGER_TERMS
+            for name in (*FINGER_TERMS, FINGER_CLICK)
             if terms.get(name, NO_NUMBER_DB) > NO_NUMBER_DB
         }
         each_db = terms.get(FINGER_LEVEL, NO_NUMBER_DB)

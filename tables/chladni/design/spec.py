@@ -21,6 +21,14 @@ from chladni.design.variables import (
     range_of,
     variables_of,
 )
+from chladni.design.weights import (
+    COSTS,
+    FINGER_TERMS,
+    OF_COILS,
+    OF_FINGERS,
+    PLAIN_WEIGHTS,
+    weights_of,
+)
 from chladni.sim.board.checks import named
 from chladni.sim.board.file import (
     file_of,
@@ -32,7 +40,7 @@ from chladni.sim.board.file import (
     read_document,
     shipped_specs,
 )
-from chladni.sim.board.quantity import CENTIMETRES, MM, check_keys, keys_of, perhaps, quantity
+from chladni.sim.board.quantity import CENTIMETRES, MM, check_keys, keys_of, quantity
 from chladni.sim.errors import ArgumentError, Faults, InputError, MissingError
 
 COILS = 64
@@ -41,26 +49,6 @@ MOST_EVALUATIONS = 1_000_000
 SPACING = 8e-3
 """m between coils where neither winding nor magnet is given."""
 GAP_MM = 0.5  # between windings, or magnets, side by side
-TERMS = (
-    "second_finger_db", "second_finger_16mm_db", "second_finger_20mm_db", "second_finger_25mm_db",
-    "finger_db", "focal_error_mm", "coils", "area_cm2", "mass_g", "built_20mm_db",
-    "built_finger_db", "fingers_2_db", "fingers_3_db", "fingers_4_db", "fingers_5_db",
-    "fingers_um_db",
-)  # fmt: skip
-"""What weights may be given to. Of dB and µm the 10th percentile over places and random boards
-counts, of the focal error the 90th; it, coils, area and mass count against a board. `finger_db` is
-20·log₁₀ of the micrometres under the finger. `built_…` are what is left as built: under a film,
-pressed with 1 N, warm, on stiffer foam. `fingers_…` are the isolation of so many fingers that all
-press, and 20·log₁₀ of the micrometres that each then gets, at the largest number with a weight."""
-OF_COILS = frozenset({"finger_db", "built_finger_db"})
-"""Without a coil's force they are of no micrometres at all."""
-BUILT_TERMS = frozenset({"built_20mm_db", "built_finger_db"})
-FINGER_TERMS = {f"fingers_{count}_db": count for count in (2, 3, 4, 5)}
-FINGER_LEVEL = "fingers_um_db"
-COSTS = frozenset({"coils", "area_cm2", "mass_g"})
-"""Terms that are of no finger."""
-PLAIN_WEIGHTS = {"second_finger_20mm_db": 1.0}
-"""Where a SPEC gives none."""
 BESIDE_SETTINGS = ("coils", "keep_out", "symmetric", "weights")
 """Keys of `[design]` that are no plain quantities."""
 FIELD, WHAT = "spec", "a design's TOML file"
@@ -139,6 +127,12 @@ class Spec:
         """As its boards are."""
         return "fingers" in self.document and "focus" not in self.document
 
+    @property
+    def finger_counts(self) -> tuple[int, ...]:
+        """Numbers of fingers that are weighed together; none where one finger's focus is alone."""
+        counts = tuple(count for name, count in FINGER_TERMS.items() if name in self.weights)
+        return counts or ((2,) if OF_FINGERS & self.weights.keys() else ())
+
 
 def read_spec(spec: str | Path) -> Spec:
     """Read a SPEC.
@@ -198,7 +192,7 @@ def spec_of(document: Document) -> Spec:
     with faults.kept():
         kept_out = parts_from(KeepOut, keep_out, "design.keep_out")
     with faults.kept():
-        wanted = _weights(weights)
+        wanted = weights_of(weights)
         felt = sorted(OF_COILS & set(weights or ()))
         if felt and not {"coil", "winding"} & document.keys():
             raise MissingError("coil", f"design.weights.{felt[0]} counts micrometres")
@@ -250,7 +244,7 @@ def _with_purpose(board: Document, weights: Mapping[str, float]) -> Document:
 
     So the tables of the board that is found are made for what it was found for.
     """
-    several = {*FINGER_TERMS, FINGER_LEVEL} & weights.keys()
+    several = OF_FINGERS & weights.keys()
     if several and "fingers" not in board:
         board = board | {"fingers": {}}
     if (not several or weights.keys() - several - COSTS) and "focus" not in board:
@@ -295,21 +289,6 @@ def _coil_counts(board: Document, coils: Any) -> tuple[int, ...]:
     if not found:
         raise InputError("design.coils", coils, "one number of coils or more")
     return tuple(dict.fromkeys(found))
-
-
-def _weights(weights: Any) -> Mapping[str, float]:
-    if weights is None:
-        return dict(PLAIN_WEIGHTS)
-    if not isinstance(weights, dict) or not weights:
-        raise InputError("design.weights", weights, "a block of weights by name")
-    for name, weight in weights.items():
-        if name not in TERMS:
-            known = f"one of: {', '.join(TERMS)}"
-            raise InputError(f"design.weights.{name}", weight, known, hint=perhaps(name, TERMS))
-        is_number = isinstance(weight, int | float) and not isinstance(weight, bool)
-        if not is_number or not 0.0 <= weight <= 1e6:
-            raise InputError(f"design.weights.{name}", weight, "a number from 0 to 1e6")
-    return {name: float(weight) for name, weight in weights.items()}
 
 
 def _check_room(spec: Spec) -> None:

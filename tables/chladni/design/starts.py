@@ -24,8 +24,9 @@ from chladni.design.layouts.layouts import (
 )
 from chladni.design.layouts.plain_plate import PlainPlate
 from chladni.design.layouts.ratings import ApartRating, FocusRating, Rating
-from chladni.design.spec import FINGER_LEVEL, FINGER_TERMS, Spec
+from chladni.design.spec import Spec
 from chladni.design.variables import Choice, Document
+from chladni.design.weights import FINGER_CLICK, FINGER_LEVEL, FINGER_TERMS
 from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.scoring.survey import active_lattice
 from chladni.sim.board.board import Board
@@ -253,7 +254,7 @@ def _rating(spec: Spec, board: Board, plain: PlainPlate, places: Sequence[Place]
     """By what the SPEC weighs, or by one finger's focus if it weighs that as well."""
     if not spec.is_for_several:
         return FocusRating.of(board, plain, places)
-    apart = sum(spec.weights.get(name, 0.0) for name in FINGER_TERMS)
+    apart = sum(spec.weights.get(name, 0.0) for name in (*FINGER_TERMS, FINGER_CLICK))
     return ApartRating.of(board, plain, (apart, spec.weights.get(FINGER_LEVEL, 0.0)))
 
 

@@ -167,7 +167,7 @@ def _of_purpose(
             say_tones(named, board)
         return result
     say("its device plays no focus: --objective focus shows how one finger would get it")
-    say_tones(named, board)
+    say_tones(named, board, clicks=True)
     return {key: value for key, value in result.items() if key in OF_SEVERAL}
 
 
@@ -192,7 +192,10 @@ def _fingers(
         say_waves(board)
         say_mirrored(board)
     with progress_bar("sets of one and two fingers") as progress:
-        found = score_fingers(board, (1, 2), samples=samples, seed=seed, progress=progress)
+        clicks = board.is_for_several
+        found = score_fingers(
+            board, (1, 2), samples=samples, seed=seed, clicks=clicks, progress=progress
+        )
     one, *more = found.counts
     if not more:
         return one, None, None

@@ -53,6 +53,7 @@ from chladni.host.cli.common.output import (
 )
 from chladni.host.cli.common.ranges import check_apart, within
 from chladni.host.cli.common.terms import of_loudest
+from chladni.host.cli.common.verdicts import of_fingers
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
@@ -66,7 +67,6 @@ FloatArray = NDArray[np.float64]
 
 COUNTS = (2, 3, 4, 5)
 FOR_FIGURES = ("places", "drives", "rows", "perturbed_rows")
-NUMBER = {2: "Two", 3: "Three", 4: "Four", 5: "Five"}
 
 
 def register(app: typer.Typer) -> None:
@@ -152,13 +152,8 @@ def fingers(
     if pair is not None:
         _tell_pair(loaded, pair, solve, (regularisation, press), figure, as_json=as_json)
         return
-    drawn: dict[str, Any] = {
-        "apart": apart * MM,
-        "sets": sets,
-        "regularisation": regularisation,
-        "newtons": press,
-        "seed": seed,
-    }
+    drawn: dict[str, Any] = {"apart": apart * MM, "sets": sets, "regularisation": regularisation}
+    drawn |= {"newtons": press, "seed": seed}
     with progress_bar("sets of fingers") as progress:
         score = score_fingers(
             loaded,
@@ -166,6 +161,7 @@ def fingers(
             beside=beside * MM,
             samples=samples if perturbed else 0,
             solve=solve,
+            clicks=table is None,
             progress=progress,
             **drawn,
         )
@@ -177,7 +173,7 @@ def fingers(
         found = _as_built(loaded, keys["fingers"], samples, drawn)
         keys["built"] = asdict(found) if as_json else _in_short(found)
     result: dict[str, Any] = {
-        "verdict": " ".join(sentence(own, apart) for own in score.counts),
+        "verdict": " ".join(of_fingers(own, apart) for own in score.counts),
         "name": loaded.name,
         "apart_mm": apart,
         "newtons": press,
@@ -191,7 +187,7 @@ def fingers(
     title = f"{loaded.name}, {loaded.known_as}: several fingers{', by the pins' * is_played}"
     answer(result, as_json=as_json, title=title)
     if not as_json:
-        say_tones(board, loaded)
+        say_tones(board, loaded, clicks=table is None)
 
 
 def _as_built(board: Board, count: int, samples: int, drawn: dict[str, Any]) -> FingersAsBuilt:
@@ -305,25 +301,6 @@ def _device_of(table: Path, board: Board, named: str) -> Solve:
     except InputError as error:
         raise error.in_file(str(table)) from None
     return lambda places: played_finger_drives(loaded, board, places, frequency_hz=frequency_hz)
-
-
-def sentence(score: CountScore, apart_mm: float) -> str:
-    """What a user gets, in words."""
-    apart, off = score.isolation_db, score.perturbed
-    begin = f"{NUMBER[score.fingers]} fingers, {apart_mm:g} mm apart or more:"
-    if score.finger_um is None or score.unfelt is None:
-        return f"{begin} under the others each one's signal is {apart.median:.0f} dB weaker"
-    kept = f", {apart.median:z.0f} dB over the others', {apart.p10:z.0f} at the worst tenth"
-    within = "" if off is None else f", {_percent(off.unfelt)} within tolerances"
-    return (
-        f"{begin} each gets {score.finger_um.median:.2g} µm of its own"
-        f"{kept if score.fingers > 1 else ''}; {_percent(score.unfelt)} of fingers, while they "
-        f"rest, do not feel the others' signals{within}"
-    )
-
-
-def _percent(share: float | None) -> str:
-    return f"{100.0 * (share or 0.0):.3g} %"
 
 
 def _by_number(counts: list[dict[str, Any]]) -> dict[str, Any]:

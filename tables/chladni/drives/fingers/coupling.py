@@ -9,8 +9,9 @@ where h̄(a) are the coils' mean displacements per newton under the fingertip. M
 coils do at coils, is Nyström's choice (Williams and Seeger, NIPS 13, 2001, 682-688). Here M is
 fitted by least squares to the pairs that matter, fingers side by side and further apart: between
 two pressing fingers that keeps 3 dB more on `strip5`, 1.5 on `quiet16` and as much on the phones
-(bench/fingers.py). Eight more functions than the coils' own halve the error of g on `phone15` and
-gain 3 dB of the 9 that are left to the exact one; each costs a table as much as a coil.
+(bench/several_fingers/fingers.py). Eight more functions than the coils' own halve the error of g on
+`phone15` and gain 3 dB of the 9 that are left to the exact one; each costs a table as much as a
+coil.
 """
 
 from __future__ import annotations

@@ -45,14 +45,14 @@ MOST_LISTED = 10
 RING_RADIUS, RING_POINTS = 5e-3, 6
 """m. A ring of six at 5 mm and the centre keep a disc of 6 mm still: four points at 4 mm lose
 7 dB at the worst tenth of fingers on `quiet16` and 1 to 2 on other boards, eight gain 0.5 at most
-(bench/fingers.py)."""
+(bench/several_fingers/fingers.py)."""
 CENTRE_WEIGHT = 1.0 - 0.5 * (FINGERTIP_RADIUS / RING_RADIUS) ** 2
 """Of the centre in a disc's mean, the ring having the rest: exact for fields of second order, whose
 mean over a disc of radius a is w(0) + a² ∇²w/8, and over the ring w(0) + r² ∇²w/4."""
 REGULARISATION = 1e-3
 """λ over the mean square of a point's responses: a tenth of it isolates 1 to 2 dB more (5 on
 `prototype`) and costs level, ten times as much 1 to 3 less (5), two fingers pressing
-(bench/fingers.py)."""
+(bench/several_fingers/fingers.py)."""
 
 
 class KnownPlate(Protocol):

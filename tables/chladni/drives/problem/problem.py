@@ -135,13 +135,15 @@ class SolvedBoard:
         return self.plate.mirrors.x, self.plate.mirrors.y
 
     def at_frequency(self, frequency_hz: float) -> SolvedBoard:
-        """The same board driven at another frequency; its plate is kept."""
+        """The same board driven at another frequency, as exact; its plate is kept."""
         if frequency_hz == self.board.drive.frequency_hz:
             return self
         drive = replace(self.board.drive, frequency_hz=frequency_hz)
         board = replace(self.board, drive=drive)
         with one_blas_thread():
-            fields = driven_fields(board, model=self.model, allow_unmet=True)
+            fields = driven_fields(
+                board, model=self.model, tolerance=self.fields.tolerance, allow_unmet=True
+            )
         return SolvedBoard(board, replace(self.plate, fields=fields, for_focus=[]))
 
     def problems(

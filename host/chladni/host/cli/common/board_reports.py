@@ -291,7 +291,10 @@ def winding_report(board: Board) -> dict[str, Any]:
     return result
 
 
-OF_TWO = ("isolation_db", "level_db", "finger_um", "unfelt", "unfelt_pressing", "perturbed")
+OF_TWO = (
+    *("isolation_db", "click_db", "level_db", "finger_um", "unfelt", "unfelt_pressing"),
+    "perturbed",
+)
 
 
 def score_rows(

@@ -58,8 +58,8 @@ def say_mirrored(board: Board) -> None:
             )
 
 
-def say_tones(named: str, board: Board, table: str = "T.chl") -> None:
-    """After what steady tones keep: effects keep less.
+def say_tones(named: str, board: Board, table: str = "T.chl", *, clicks: bool = False) -> None:
+    """After what steady tones keep, and maybe reckoned clicks: what effects keep by the pins.
 
     Tones are of fingers that have rested, which matters where a switch's bias comes up.
     """
@@ -72,7 +72,8 @@ def say_tones(named: str, board: Board, table: str = "T.chl") -> None:
         )
         return
     rested = "" if board.electronics.is_bridge else " --rested"
+    reckoned = ", and clicks as they are reckoned" if clicks else ""
     say(
-        f"These are tones: `chladni play click --pairs 20{rested} {play}` tells what clicks keep, "
-        "which is mostly less, and 10 to 30 dB less on a plate that rings below some 350 Hz."
+        f"These are tones{reckoned}: `chladni play click --pairs 20{rested} {play}` tells what "
+        "clicks keep by an emulated device's pins, and so of any effect."
     )

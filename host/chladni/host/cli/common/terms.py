@@ -58,6 +58,8 @@ WORDS = {
     "fingers_3_db": "of three",
     "fingers_4_db": "of four",
     "fingers_5_db": "of five",
+    "fingers_click_db": "a click in place of a tone",
+    "click_db": "a click in place of a tone",
     "fingers_um": "each of several fingers gets",
     "left": "misfit of the readings, over their noise",
     "device_seconds": "time that the device took, s",

@@ -10,6 +10,7 @@ from chladni.drives.scoring.remedies import Remedy
 from chladni.drives.scoring.scorecard import Scorecard
 from chladni.drives.scoring.several_fingers.fingers_score import CountScore
 from chladni.drives.scoring.several_fingers.kept_apart import KeptApart
+from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import FocusStatistics
 from chladni.sim.board.gpio import CHIPS
 from chladni.sim.image.finger import NOTICED_DB, sensation_db
@@ -23,6 +24,8 @@ WIDE_MM = 14.0
 MOST_COILS = max(own.channels for own in CHIPS.values())
 SAME_DB = 0.05
 """What is written with one digit is the same below."""
+
+NUMBER = {2: "Two", 3: "Three", 4: "Four", 5: "Five"}
 
 
 def of_places(
@@ -144,7 +147,8 @@ def of_board(
         condition = "" if has_fingers else ", once its file has [fingers],"
         apart = (
             f"It keeps two pressing fingers{condition} {kept.median:z.0f} dB apart at the median, "
-            f"{kept.p10:z.0f} at the worst tenth, {known_as}{_within_tolerances(two)}."
+            f"{kept.p10:z.0f} at the worst tenth{of_click(two.click_db)}, {known_as}"
+            f"{_within_tolerances(two)}."
             f"{_each(two, frequency_hz) if for_fingers else ''}"
             f"{_on_stiffer_foam(two, foam_twice)}"
         )
@@ -160,6 +164,11 @@ def _within_tolerances(two: CountScore) -> str:
         return ""
     kept = two.perturbed.isolation_db
     return f", {kept.median:z.0f} / {kept.p10:z.0f} dB within tolerances"
+
+
+def of_click(kept: Spread | None) -> str:
+    """What a click keeps in place of a tone, in brackets."""
+    return "" if kept is None else f" (a click {kept.median:z.0f} and {kept.p10:z.0f})"
 
 
 def _each(two: CountScore, frequency_hz: float) -> str:
@@ -288,9 +297,31 @@ def of_design(found: Mapping[str, Any], *, for_fingers: Mapping[int, float]) -> 
             f"{number} fingers {db:z.0f} dB apart" for number, db in for_fingers.items()
         )
         each = "" if each_um is None else f", at {each_um:.2g} µm or more each"
-        return f"Within tolerances it keeps {told} at nine of ten places{each}."
+        clicks = found.get("fingers_click_db")
+        more = "" if clicks is None else f" A click keeps {clicks:z.0f} dB there."
+        return f"Within tolerances it keeps {told} at nine of ten places{each}.{more}"
     felt = "" if um is None else f" The finger itself moves by {um:.2g} µm or more."
     db = found["second_finger_20mm_db"]
     start = "It focuses" if db >= NOTICED_DB else "It does not focus everywhere"
     at = f"within tolerances another finger 20 mm away gets {less_of(db)}"
     return f"{start}: {at} at the worst tenth; fingers notice {NOTICED_DB:g} dB.{felt}"
+
+
+def of_fingers(score: CountScore, apart_mm: float) -> str:
+    """What each of several fingers has of its own signal and of the others'."""
+    apart, off = score.isolation_db, score.perturbed
+    begin = f"{NUMBER[score.fingers]} fingers, {apart_mm:g} mm apart or more:"
+    if score.finger_um is None or score.unfelt is None:
+        return f"{begin} under the others each one's signal is {apart.median:.0f} dB weaker"
+    kept = f", {apart.median:z.0f} dB over the others', {apart.p10:z.0f} at the worst tenth"
+    kept += of_click(score.click_db)
+    within = "" if off is None else f", {_percent(off.unfelt)} within tolerances"
+    return (
+        f"{begin} each gets {score.finger_um.median:.2g} µm of its own"
+        f"{kept if score.fingers > 1 else ''}; {_percent(score.unfelt)} of fingers, while they "
+        f"rest, do not feel the others' signals{within}"
+    )
+
+
+def _percent(share: float | None) -> str:
+    return f"{100.0 * (share or 0.0):.3g} %"

@@ -9,8 +9,9 @@ from typing import Any
 
 from chladni.design.evaluate import TOO_WEAK, least_um
 from chladni.design.front import Design, Entry
-from chladni.design.spec import FINGER_LEVEL, FINGER_TERMS, Spec
+from chladni.design.spec import Spec
 from chladni.design.starts import boards_asked
+from chladni.design.weights import FINGER_CLICK, FINGER_LEVEL, FINGER_TERMS
 from chladni.effects.low_pass import EDGE_HZ
 from chladni.host.cli.common.finger_remarks import of_waves
 from chladni.host.cli.common.verdicts import of_design
@@ -118,7 +119,8 @@ def about_entry(entry: Entry) -> list[str]:
     ]
     if several:
         each = f", at {own['fingers_um']:.1f} µm or more each" if "fingers_um" in own else ""
-        return [scores, f"{', '.join(several)} apart{each}."]
+        clicks = f" A click keeps {own[FINGER_CLICK]:z.1f} dB." if FINGER_CLICK in own else ""
+        return [scores, f"{', '.join(several)} apart{each}.{clicks}"]
     um, db = own["finger_um"], own["second_finger_20mm_db"]
     apart = f"at least {db:.1f} dB below" if db >= 0.0 else f"up to {-db:.1f} dB above"
     return [
@@ -148,9 +150,8 @@ def result(
     verdict = of_design(
         found.best.summary,
         for_fingers={
-            count: found.best.evaluation.terms[name]
-            for name, count in FINGER_TERMS.items()
-            if name in spec.weights
+            count: found.best.evaluation.terms[f"fingers_{count}_db"]
+            for count in spec.finger_counts
         },
     )
     board = found.board
@@ -158,9 +159,9 @@ def result(
     remarks = (
         verdict,
         extent,
-        "" if FINGER_TERMS.keys() & spec.weights else median(found),
+        "" if spec.finger_counts else median(found),
         lacking(found, spec),
-        waves and f"T{waves[1:]}, and `[design] first_natural_hz = {EDGE_HZ:g}` asks for that.",
+        waves and f"T{waves[1:]}, and {_asks(spec)}.",
     )
     return {
         "verdict": " ".join(one for one in remarks if one),
@@ -177,3 +178,11 @@ def result(
         ],
         "front": entries,
     }
+
+
+def _asks(spec: Spec) -> str:
+    """What a SPEC may say so that effects are kept apart."""
+    limit = f"`[design] first_natural_hz = {EDGE_HZ:g}` asks for that"
+    if not spec.finger_counts or FINGER_CLICK in spec.weights:
+        return limit
+    return f"{limit}; `[design.weights] {FINGER_CLICK} = 1.0` weighs what clicks keep"

@@ -7,8 +7,9 @@ from pathlib import Path
 from chladni.design.evaluate import completed_board, document_of
 from chladni.design.front import Design
 from chladni.design.last_boards import boards_more
-from chladni.design.spec import FINGER_TERMS, Spec
+from chladni.design.spec import Spec
 from chladni.design.starts import boards_asked, spread_numbers
+from chladni.design.weights import FINGER_CLICK
 from chladni.host.cli.common.board_reports import say_leftovers, say_panel
 from chladni.host.cli.common.finger_remarks import say_mirrored, say_tones, say_waves
 from chladni.host.cli.common.output import say
@@ -64,7 +65,7 @@ def say_first(spec: Spec, seed: int, samples: int) -> None:
     except InputError:
         return  # The search says what is wrong.
     say_leftovers(board)
-    if FINGER_TERMS.keys() & spec.weights.keys() and not spec.variables:
+    if spec.finger_counts and not spec.variables:
         # Its magnets' mass apart, all boards of the search are this plate.
         say_waves(board)
     if layered := layered_plate(board):
@@ -73,13 +74,12 @@ def say_first(spec: Spec, seed: int, samples: int) -> None:
 
 def say_next(found: Design, spec: Spec, output: Path) -> None:
     """Which commands score the board as the search did, and say more."""
-    if FINGER_TERMS.keys() & spec.weights.keys():
-        weighed = [count for name, count in FINGER_TERMS.items() if name in spec.weights]
+    if weighed := spec.finger_counts:
         counts = f" --fingers {weighed[0]}" if len(weighed) == 1 else ""
         own = f"{output}{counts} --samples {found.draws} --seed {found.seed}"
         say(f"`chladni fingers {own}` scores it within tolerances, as here.")
         say_mirrored(found.board)
     if found.board.coil is not None:
-        say_tones(str(output), found.board)
+        say_tones(str(output), found.board, clicks=FINGER_CLICK in spec.weights)
     foam = " and how much foam twice as stiff takes" if found.board.foundation else ""
     say(f"`chladni board score {output}` says more{foam}.")

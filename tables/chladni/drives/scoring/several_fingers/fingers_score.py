@@ -10,6 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +50,11 @@ Solve = Callable[[FloatArray], ComplexArray]
 SETS = 200
 """Of each number of fingers: the worst tenth is then known to 2 dB."""
 MOST_SETS = 100_000
+CLICK_HZ = 200.0
+"""What a click keeps is what its real gains, found at the board's own frequency, keep here. On 24
+boards on feet and on foam medians and worst tenths are within 2 dB of clicks over time on the same
+plates where the first mode lies at 250 Hz or above. Below that they are within 4, and a tone of
+160 Hz keeps up to 17 dB more than a click (bench/several_fingers/clicks.py)."""
 EXPECTED_TO_REAL = 0.25
 """Of a threshold, that a share may have by the plate as it is known: on the plate itself shares
 come out up to 12 dB larger, by what one finger does to another and by tolerances."""
@@ -107,6 +113,7 @@ def score_fingers(
     seed: int = SEED,
     plate: KnownPlate | None = None,
     solve: Solve | None = None,
+    clicks: bool = False,
     progress: Progress | None = None,
 ) -> FingersScore:
     """Score a board with several fingers on it.
@@ -132,6 +139,8 @@ def score_fingers(
     solve
         Finds drives in another way, and needs neither plate nor λ: of fingers at (fingers, 2), m,
         drives of shape (fingers, actuators), of any common scale.
+    clicks
+        Tell what a click keeps, too (`CLICK_HZ`), by drives of the plate with real gains.
     progress
         Called with (done, all) of the sets.
 
@@ -145,55 +154,73 @@ def score_fingers(
         if not 1 <= count <= MOST_FINGERS:
             raise ArgumentError("fingers", count, f"1 to {MOST_FINGERS}")
     solved = solved_board(board)
-    if solve is None:
-        with one_blas_thread():
-            known = responses_at(solved) if plate is None else plate
-        solve = solver_of(board, known, regularisation)
-    places = drawn_sets(board, counts, sets, apart, seed)
-    counter = StepCounter(progress, sum(map(len, places)) * (3 if samples else 2))
-    drives = [found_drives(solve, group, counter) for group in places]
-    places = [_moved(board, group, beside, seed) for group in places]
-    stiffness = pressing_stiffness(newtons, board.drive.frequency_hz)
     with one_blas_thread():
-        rows = [
-            _nominal(solved, group, own, stiffness, counter)
-            for group, own in zip(places, drives, strict=True)
-        ]
-        off = _perturbed(board, places, drives, stiffness, samples, seed, counter)
-    found = tuple(
+        known = responses_at(solved) if plate is None and (solve is None or clicks) else plate
+    if solve is None:
+        assert known is not None
+        solve = solver_of(board, known, regularisation)
+    of_clicks = None
+    if clicks:
+        assert known is not None
+        of_clicks = solver_of(board, known, regularisation, real=True)
+    groups = drawn_sets(board, counts, sets, apart, seed)
+    counter = StepCounter(progress, sum(map(len, groups)) * (3 if samples else 2))
+    drawn = [
+        _Drawn(
+            _moved(board, group, beside, seed),
+            found_drives(solve, group, counter),
+            [of_clicks(own) for own in group] if of_clicks else [],
+        )
+        for group in groups
+    ]
+    everything, forces = slice(None), np.ones(len(board.actuators))
+    with one_blas_thread():
+        found = [_got(board, solved, own, everything, forces, newtons, counter) for own in drawn]
+        off = _perturbed(board, drawn, newtons, samples, seed, counter)
+    scores = tuple(
         CountScore(
-            **vars(kept_apart(board, own)),
-            fingers=group.shape[1],
-            sets=len(group),
+            **vars(kept_apart(board, own.rows, own.clicks_db)),
+            fingers=one.places.shape[1],
+            sets=len(one.places),
             perturbed=None
             if others is None
-            else PerturbedFingers(**vars(kept_apart(board, others)), samples=samples, seed=seed),
-            places=group,
-            drives=np.stack(known),
-            rows=own,
-            perturbed_rows=others,
+            else PerturbedFingers(
+                **vars(kept_apart(board, others.rows, others.clicks_db)),
+                samples=samples,
+                seed=seed,
+            ),
+            places=one.places,
+            drives=np.stack(one.drives),
+            rows=own.rows,
+            perturbed_rows=None if others is None else others.rows,
         )
-        for group, known, own, others in zip(places, drives, rows, off, strict=True)
+        for one, own, others in zip(drawn, found, off, strict=True)
     )
-    return FingersScore(apart / MM, newtons, found, time.perf_counter() - started)
+    return FingersScore(apart / MM, newtons, scores, time.perf_counter() - started)
 
 
-def solver_of(board: Board, plate: KnownPlate, regularisation: float | None) -> Solve:
-    """What finds a set's drives from a plate as it is known; λ as of `score_fingers`."""
+def solver_of(
+    board: Board, plate: KnownPlate, regularisation: float | None, *, real: bool = False
+) -> Solve:
+    """What finds a set's drives from a plate as it is known; λ as of `score_fingers`.
+
+    With `real` gains, for signals that are no tones.
+    """
     stiffness = pressing_stiffness(PRESS, board.drive.frequency_hz)
     threshold = threshold_um(board.drive.frequency_hz)
     fixed = REGULARISATION if regularisation is None else regularisation
 
     def solve(places: FloatArray) -> ComplexArray:
         fingers = places.tolist()
-        first = drives_for(plate, fingers, stiffness=stiffness, regularisation=fixed).drives
+        how: dict[str, Any] = {"stiffness": stiffness, "real": real}
+        first = drives_for(plate, fingers, regularisation=fixed, **how).drives
         newtons = most_newtons(board, first)
         if regularisation is not None or threshold is None or newtons is None:
             return first
         felt = np.full(len(fingers), threshold * MICROMETRE * EXPECTED_TO_REAL)
         levels = np.full(len(fingers), newtons)
         return chosen_drives(
-            plate, fingers, thresholds=felt.tolist(), levels=levels.tolist(), stiffness=stiffness
+            plate, fingers, thresholds=felt.tolist(), levels=levels.tolist(), **how
         ).found.drives
 
     return solve
@@ -230,39 +257,78 @@ def drawn_sets(
     return found
 
 
-def _nominal(
+@dataclass(frozen=True)
+class _Drawn:
+    """Where sets of one number of fingers lie, m, and what each plays: a tone, or a click.
+
+    `of_clicks` is empty where those are not asked for.
+    """
+
+    places: FloatArray
+    drives: list[ComplexArray]
+    of_clicks: list[ComplexArray]
+
+
+@dataclass(frozen=True)
+class _Got:
+    """What fingers of some sets have of their tones (rows_of) and of their clicks, dB."""
+
+    rows: FloatArray
+    clicks_db: FloatArray | None
+
+    @classmethod
+    def joined(cls, parts: Sequence[_Got]) -> _Got:
+        clicks = [own.clicks_db for own in parts if own.clicks_db is not None]
+        rows = np.concatenate([own.rows for own in parts])
+        return cls(rows, np.concatenate(clicks) if clicks else None)
+
+
+def _got(
+    board: Board,
     solved: SolvedBoard,
-    places: FloatArray,
-    drives: Sequence[ComplexArray],
-    stiffness: complex,
+    drawn: _Drawn,
+    which: slice,
+    forces: FloatArray,
+    newtons: float,
     counter: StepCounter,
-) -> FloatArray:
-    rows = []
-    for own, known in zip(FingerSet.of_all(solved, places, stiffness), drives, strict=True):
-        rows.append(rows_of(solved.board, own, known, np.ones(known.shape[1])))
+) -> _Got:
+    """Of some of the sets on a plate with coils of some forces."""
+    places, rows = drawn.places[which], []
+    sets = FingerSet.of_all(solved, places, _stiffness(solved, newtons))
+    for fingers, known in zip(sets, drawn.drives[which], strict=True):
+        rows.append(rows_of(board, fingers, known, forces))
         counter.step()
-    return np.concatenate(rows)
+    if not drawn.of_clicks or places.shape[1] == 1:  # alone
+        return _Got(np.concatenate(rows), None)
+    solved = solved.at_frequency(CLICK_HZ)
+    sets = FingerSet.of_all(solved, places, _stiffness(solved, newtons))
+    clicks = [
+        fingers.isolation_db(known * forces)
+        for fingers, known in zip(sets, drawn.of_clicks[which], strict=True)
+    ]
+    return _Got(np.concatenate(rows), np.concatenate(clicks))
+
+
+def _stiffness(solved: SolvedBoard, newtons: float) -> complex:
+    return pressing_stiffness(newtons, solved.board.drive.frequency_hz)
 
 
 def _perturbed(
     board: Board,
-    places: Sequence[FloatArray],
-    drives: Sequence[Sequence[ComplexArray]],
-    stiffness: complex,
+    drawn: Sequence[_Drawn],
+    newtons: float,
     samples: int,
     seed: int,
     counter: StepCounter,
-) -> list[FloatArray | None]:
-    """Rows of the same sets, each on one of the random boards."""
+) -> list[_Got | None]:
+    """The same sets, each on one of the random boards."""
     if not samples:
-        return [None] * len(places)
-    rows: list[list[FloatArray]] = [[] for _ in places]
-    for number, drawn in enumerate(drawn_boards(board, samples, seed)):
-        solved = SolvedBoard.of(drawn.board, DRAWN_TOLERANCE)
-        for own, group, known in zip(rows, places, drives, strict=True):
-            mine = range(number, len(group), samples)
-            found = FingerSet.of_all(solved, group[number::samples], stiffness)
-            for k, fingers in zip(mine, found, strict=True):
-                own.append(rows_of(board, fingers, known[k], drawn.forces))
-                counter.step()
-    return [np.concatenate(own) for own in rows]
+        return [None] * len(drawn)
+    found: list[list[_Got]] = [[] for _ in drawn]
+    for number, other in enumerate(drawn_boards(board, samples, seed)):
+        solved = SolvedBoard.of(other.board, DRAWN_TOLERANCE)
+        which = slice(number, None, samples)
+        for own, group in zip(found, drawn, strict=True):
+            if len(group.places[which]):
+                own.append(_got(board, solved, group, which, other.forces, newtons, counter))
+    return [_Got.joined(own) for own in found]

@@ -40,6 +40,8 @@ class KeptApart:
         feels (RMS over the disc, peak in time); None without a coil, or outside 40 to 800 Hz.
     unfelt_pressing
         The same 15 dB below that.
+    click_db
+        What a click keeps in place of the tone; None where that was not asked for.
     """
 
     isolation_db: Spread
@@ -47,10 +49,11 @@ class KeptApart:
     finger_um: Spread | None
     unfelt: float | None
     unfelt_pressing: float | None
+    click_db: Spread | None
 
 
-def kept_apart(board: Board, rows: FloatArray) -> KeptApart:
-    """Of all rows (rows_of) of all sets."""
+def kept_apart(board: Board, rows: FloatArray, clicks_db: FloatArray | None = None) -> KeptApart:
+    """Of all rows (rows_of) of all sets, and what their clicks keep, dB."""
     threshold = threshold_um(board.drive.frequency_hz)
     has_coil = bool(np.all(np.isfinite(rows[:, 2])))
     can_tell = has_coil and threshold is not None
@@ -62,6 +65,7 @@ def kept_apart(board: Board, rows: FloatArray) -> KeptApart:
         finger_um=Spread.of(rows[:, 2].tolist()) if has_coil else None,
         unfelt=float(np.mean(rows[:, 3] < limit)) if can_tell else None,
         unfelt_pressing=float(np.mean(rows[:, 3] < pressing)) if can_tell else None,
+        click_db=None if clicks_db is None else Spread.of(clicks_db.ravel().tolist()),
     )
 
 

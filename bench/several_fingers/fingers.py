@@ -1,6 +1,6 @@
 """What decides how far fingers are kept apart: points, couplings, λ. Prints a table a board.
 
-    python bench/fingers.py [BOARD ...]
+    python bench/several_fingers/fingers.py [BOARD ...]
 
 Two fingers, 16 mm apart or more, both pressing with 1 N, on the board as drawn. The exact coupling
 has the field of every finger's push, which no chip holds.

@@ -1,6 +1,6 @@
 """What effects come to at drawn places, each beside a finger that rests. Prints a table a board.
 
-    python bench/effects.py [BOARD ...]
+    python bench/several_fingers/effects.py [BOARD ...]
 
 A click and a sweep under one finger of each set, 16 mm or more from the other; both press with 1 N,
 on the board as drawn, through the emulated pins. Of switches twice: with the touch, whose bias
