@@ -16,7 +16,7 @@ from chladni.drives.scoring.several_fingers.finger_sets import (
     pressed_fields,
 )
 from chladni.effects import Curve, Effect, Tone
-from chladni.host.emulation import played_effect
+from chladni.host.emulation import felt_over_time
 from chladni.host.emulation.felt_over_time import RATE_HZ, FingerPlate, over_frequency, rms
 from chladni.host.emulation.played_effect import check_can_play, play_effect
 from chladni.sim.board.board import Board
@@ -77,7 +77,7 @@ def test_an_unpressed_disc_moves_as_the_plate_under_the_finger_says(
 def test_the_loudest_other_finger_is_found_wherever_it_lies(
     board: Board, solved: list[SolvedBoard], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As loud as fingers that are put down there and press hardly, but for what is between them."""
+    """The dB are the peak's over it, and a device that knows of a finger there keeps it still."""
     table = responses_table(board, pitch=7e-3, bits=12)[0]
     tone = Effect("tone", (Tone(0.0, 0.25, Curve.constant(1.0), Curve.constant(150.0)),))
     found = play_effect(table, board, tone, HERE, unknown=True, solved=solved)
@@ -86,11 +86,22 @@ def test_the_loudest_other_finger_is_found_wherever_it_lies(
     own = found.own_um[(found.t_s > 0.1) & (found.t_s < 0.2)]
     steady_db = 20.0 * np.log10(np.abs(own).max() / found.second_finger_20mm_um)
     assert found.second_finger_20mm_db == pytest.approx(steady_db, abs=1.0)
+    assert found.far_um is not None
+    assert found.far_um.max() == found.second_finger_20mm_um
+    assert found.second_finger_20mm_at_mm is not None
+    far_mm = np.subtract(found.second_finger_20mm_at_mm, HERE)
+    assert np.hypot(*far_mm) >= 20.0
+    beside = play_effect(
+        *(table, board, tone, HERE), other_mm=found.second_finger_20mm_at_mm, solved=solved
+    )
+    # The device knows of that one, and keeps it still.
+    assert beside.other_peak_um is not None
+    assert beside.other_peak_um < 0.5 * found.second_finger_20mm_um
     plain = play_effect(table, board, tone, HERE, solved=solved)
     assert plain.second_finger_20mm_db is None
     np.testing.assert_allclose(plain.own_um, found.own_um, atol=1e-9)
     # A board that is no larger than a finger has no place for another.
-    monkeypatch.setattr(played_effect, "FAR_FINGER", 60e-3)
+    monkeypatch.setattr(felt_over_time, "FAR_FINGER", 60e-3)
     alone = play_effect(table, board, tone, HERE, unknown=True, solved=solved)
     assert alone.second_finger_20mm_um is None
 

@@ -18,7 +18,9 @@ from numpy.typing import NDArray
 from chladni.drives.fingers.silence import real_part
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.scoring.felt import MICROMETRE
+from chladni.drives.scoring.scorecard import FAR_FINGER
 from chladni.drives.scoring.several_fingers.finger_sets import finger_discs, pushed_back
+from chladni.drives.scoring.survey import active_lattice
 from chladni.effects.low_pass import EDGE_HZ
 from chladni.host.emulation.emulator import Recording
 from chladni.sim.board.board import Board
@@ -45,6 +47,8 @@ BESIDE = 4
 """Frequencies on either side, of which a spline is to meet one."""
 FELT_FROM_HZ = 40.0
 """A finger feels little below; a second-order Butterworth high-pass."""
+AWAY_PITCH = 6e-3
+"""m between places of a second finger: half a fingertip."""
 PAD_S = 0.25
 """Of rest before and after, for what rings on."""
 ENVELOPE_POINTS = 200
@@ -236,6 +240,30 @@ def _discs(
 def rms(felt: FloatArray) -> FloatArray:
     """Over a disc's points, of shape (points, times); shape (times,)."""
     return np.asarray(np.sqrt((felt**2).mean(axis=0)))
+
+
+def places_away(board: Board, at_mm: tuple[float, float]) -> FloatArray | None:
+    """Where a second finger may lie, m, shape (places, 2)."""
+    places = np.array(active_lattice(board, AWAY_PITCH).places)
+    apart = np.hypot(*(places - np.array(at_mm) * MM).T)
+    far = places[apart >= FAR_FINGER]
+    return far if len(far) else None
+
+
+def loudest_away(
+    plate: FingerPlate, forces: FloatArray, away: FloatArray, first: int
+) -> tuple[FloatArray, FloatArray]:
+    """The place of a plate's unpressed ones, `away`, that moves most, and its RMS over time, µm.
+
+    `first`: of the times, from which on it counts.
+    """
+    found, most = away[0], np.zeros(1)
+    fingers = plate.pushes[0].shape[2]
+    for place, moved in zip(away, plate.each_moved(forces, fingers), strict=True):
+        own = rms(felt_of(moved)[:, first:]) / MICROMETRE
+        if own.max() > most.max():
+            found, most = place, own
+    return found, most
 
 
 def forces_of(board: Board, recording: Recording) -> FloatArray:

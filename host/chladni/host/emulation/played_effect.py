@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +12,6 @@ from numpy.typing import NDArray
 from chladni.calibration.hidden import HiddenPlate
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.scoring.as_built import PRESS
-from chladni.drives.scoring.felt import MICROMETRE
-from chladni.drives.scoring.scorecard import FAR_FINGER
-from chladni.drives.scoring.survey import active_lattice
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.effect import Effect, Noise
 from chladni.effects.flatten import flattened
@@ -26,7 +24,9 @@ from chladni.host.emulation.felt_over_time import (
     envelope_error_db,
     felt_of,
     forces_of,
+    loudest_away,
     over_frequency,
+    places_away,
     rms,
 )
 from chladni.host.emulation.recorded_effect import recorded_effect
@@ -40,8 +40,6 @@ from chladni.tables.table import Table
 
 FloatArray = NDArray[np.float64]
 
-AWAY_PITCH = 6e-3
-"""m between places of a second finger: half a fingertip."""
 RESTED_S = 0.1
 """For which a finger rests before its effect, once a switch's bias is up."""
 
@@ -84,10 +82,12 @@ class PlayedEffect:
         any time, a switch's bias too, above 40 Hz.
     rested
         The finger had rested when its effect began.
-    second_finger_20mm_um, second_finger_20mm_db
+    second_finger_20mm_um, second_finger_20mm_db, second_finger_20mm_at_mm
         Largest RMS under another finger 20 mm away or farther that does not press and of which the
-        device knows nothing, at any time, above 40 Hz, and the own disc's over it; None where it
-        was not asked for, or the board has no place so far away.
+        device knows nothing, at any time, above 40 Hz, the own disc's over it, and where that is;
+        None where it was not asked for, or the board has no place so far away.
+    far_um
+        RMS over time there.
     """
 
     t_s: FloatArray
@@ -106,6 +106,8 @@ class PlayedEffect:
     rested: bool
     second_finger_20mm_um: float | None = None
     second_finger_20mm_db: float | None = None
+    second_finger_20mm_at_mm: tuple[float, float] | None = None
+    far_um: FloatArray | None = None
 
 
 def play_effect(
@@ -176,7 +178,7 @@ def play_effect(
     rests_s = 0.0 if bank else _rests_s(board, rested=rested, other_plays=other_plays)
     places = np.array([at_mm] if other_mm is None else [at_mm, other_mm]) * MM
     solved = over_frequency(board, progress) if solved is None else solved
-    away = _places_away(board, at_mm) if unknown else None
+    away = places_away(board, at_mm) if unknown else None
     plate = FingerPlate.of(solved, places, newtons, away)
     asked_samples, own_hz = effect.samples(SIGNAL_HZ), board.drive.frequency_hz
     flat = flattened(asked_samples, SIGNAL_HZ, plate.hz, plate.level(0, own_hz), own_hz)
@@ -203,7 +205,6 @@ def play_effect(
     asked, playing = _aligned(level * asked_samples, sent, forces[first:], latest_s)
     peak, risen, around = _sizes(own, playing)
     own_rms = rms(disc)[playing]
-    away_um = None if away is None else _away_um(plate, forces, len(places), first)
     return PlayedEffect(
         t_s=np.arange(len(own)) / RATE_HZ,
         asked=asked,
@@ -219,8 +220,7 @@ def play_effect(
         envelope_error_db=_envelope_error_db(effect, bank, asked, own),
         isolation_db=_over_db(own_rms, other_um),
         rested=rests_s > 0.0,
-        second_finger_20mm_um=away_um,
-        second_finger_20mm_db=_over_db(own_rms, away_um),
+        **({} if away is None else _far_finger(loudest_away(plate, forces, away, first), own_rms)),
     )
 
 
@@ -232,20 +232,19 @@ def _sizes(own: FloatArray, playing: slice) -> tuple[float, float, float]:
     return peak, risen, float(np.delete(sizes, playing).max(initial=0.0))
 
 
-def _places_away(board: Board, at_mm: tuple[float, float]) -> FloatArray | None:
-    """Where a second finger may lie, m, shape (places, 2)."""
-    places = np.array(active_lattice(board, AWAY_PITCH).places)
-    apart = np.hypot(*(places - np.array(at_mm) * MM).T)
-    far = places[apart >= FAR_FINGER]
-    return far if len(far) else None
-
-
-def _away_um(plate: FingerPlate, forces: FloatArray, fingers: int, first: int) -> float:
-    """The largest RMS over discs beside the fingers, from a time on, µm."""
-    return max(
-        float(rms(felt_of(moved)[:, first:]).max()) / MICROMETRE
-        for moved in plate.each_moved(forces, fingers)
-    )
+def _far_finger(loudest: tuple[FloatArray, FloatArray], own_rms: FloatArray) -> dict[str, Any]:
+    """The place of a finger of which the device knows nothing, m, and its RMS over time, µm."""
+    place, far = loudest
+    most = float(far.max())
+    return {
+        "second_finger_20mm_um": most,
+        "second_finger_20mm_db": _over_db(own_rms, most),
+        "second_finger_20mm_at_mm": (
+            round(float(place[0] / MM), 3),
+            round(float(place[1] / MM), 3),
+        ),
+        "far_um": far,
+    }
 
 
 def _envelope_error_db(

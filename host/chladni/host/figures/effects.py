@@ -47,16 +47,20 @@ def played_effects_figure(
 ) -> Figure:
     """A column for each effect: what was asked for, what its finger gets, and what another gets.
 
+    Of one finger alone the other one is the loudest of which the device knows nothing.
     Each has its own time axis, which ends with its effect; `heading` stands above all of them, and
     each of `others` above what another finger gets.
     """
-    has_other, count = played[0].other_um is not None, len(played)
+    has_other, count = _beside(played[0]) is not None, len(played)
     figure = Figure(figsize=(4.0 + 4.0 * count, 6.0 if has_other else 4.4), layout="constrained")
     rows = figure.subplots(3 if has_other else 2, count, sharex="col", sharey="row", squeeze=False)
     for column, own, title in zip(rows.T, played, titles, strict=True):
         _draw_played(column, own)
         column[0].set_title(title, color=INK, fontsize=11)
     other = "under the other:\nRMS over fingertip\n(no sign) / µm"
+    if played[0].second_finger_20mm_at_mm is not None:
+        where = "{:.3g}, {:.3g} mm".format(*played[0].second_finger_20mm_at_mm)
+        other = other.replace("the other", f"another at\n{where}")
     if has_other:
         other += _scale_other(rows[1:], played)
     for axes, title in zip(rows[-1], others, strict=False):
@@ -68,12 +72,17 @@ def played_effects_figure(
     return figure
 
 
+def _beside(played: PlayedEffect) -> NDArray[np.float64] | None:
+    """What another finger has of it."""
+    return played.far_um if played.other_um is None else played.other_um
+
+
 def _draw_played(column: Sequence[Axes], played: PlayedEffect) -> None:
     times = 1e3 * played.t_s
     column[0].plot(times, played.asked, color=ASKED, linewidth=1.2)
     column[1].plot(times, played.own_um, color=OWN, linewidth=1.2)
-    if played.other_um is not None:
-        column[2].plot(times, played.other_um, color=OTHER, linewidth=1.2)
+    if (beside := _beside(played)) is not None:
+        column[2].plot(times, beside, color=OTHER, linewidth=1.2)
     for axes in column[:-1]:
         axes.grid(alpha=0.3)
     column[0].set_xlim(0.0, _ends_ms(played))
@@ -84,7 +93,7 @@ def _scale_other(rows: NDArray[np.object_], played: Sequence[PlayedEffect]) -> s
     """Give the other finger's row the own row's scale, where it can be seen; else a remark."""
     own, other = rows[0][0], rows[1][0]
     low, high = own.get_ylim()
-    most = max(float(one.other_um.max()) for one in played if one.other_um is not None)
+    most = max(float(one.max()) for own in played if (one := _beside(own)) is not None)
     if most >= SEEN * max(-low, high):
         other.set_ylim(low, high)
         return ""
@@ -95,7 +104,8 @@ def _scale_other(rows: NDArray[np.object_], played: Sequence[PlayedEffect]) -> s
 def _ends_ms(played: PlayedEffect) -> float:
     """When all that is drawn is over."""
     lasts = [(played.asked, QUIET), (played.own_um, QUIET)]
-    lasts += [] if played.other_um is None else [(played.other_um, RINGS)]
+    beside = _beside(played)
+    lasts += [] if beside is None else [(beside, RINGS)]
     last = max(
         int(np.flatnonzero(np.abs(own) >= share * np.abs(own).max())[-1])
         for own, share in lasts

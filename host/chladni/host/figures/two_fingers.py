@@ -84,8 +84,12 @@ def pairs_figure(board: Board, two: CountScore, verdict: str = "", newtons: floa
         place, own = divmod(int(order[int(share * (len(order) - 1))]), 2)
         play = fingers_play(board, two.places[place], two.drives[place], newtons)
         image = _panel(axes, play, own)
+        where = ", ".join(
+            f"{named} at {x:z.0f}, {y:z.0f} mm"
+            for named, (x, y) in zip(NAMES, play.places_mm, strict=True)
+        )
         label = f"{name}: {NAMES[own]} plays, {NAMES[1 - own]} is still\n{_amounts(play, own)}"
-        axes.set_title(label, fontsize=9, color=INK)
+        axes.set_title(f"{label}\n{where}", fontsize=9, color=INK)
         bar = figure.colorbar(image, ax=axes, shrink=0.8, extend="both")
         bar.set_label("dB of the playing finger's", fontsize=9)
     _map(figure, panels[2], board, two, order)

@@ -79,6 +79,7 @@ WORDS = {
     "nearest_actuator": "nearest coil alone",
     "misplaced": "misplaced focus",
     "other_peak_um": "peak under the other finger",
+    "second_finger_20mm_at_mm": "where that is, mm",
     "second_finger_20mm_um": "most under another finger, 20 mm away or farther",
     "just_felt_um": "the least that a resting finger feels",
     "bias_um": "the most that the bias of switches moves before and after",

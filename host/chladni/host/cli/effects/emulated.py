@@ -107,7 +107,8 @@ def _asked(setup: Setup, places: Sequence[Place]) -> dict[str, Any]:
 
 def _numbers(found: PlayedEffect) -> dict[str, Any]:
     rows = {key: own for key, own in asdict(found).items() if not isinstance(own, np.ndarray)}
-    rows.pop("other_um", None)
+    for key in ("other_um", "far_um"):
+        rows.pop(key, None)
     # It matters where switches have a bias.
     return rows | {"rested": None if found.bias_um is None else found.rested}
 
@@ -169,6 +170,9 @@ def _draw(
     elif found[0].isolation_db is not None and presses[0].other_mm is not None:
         less = decibels_less(found[0].isolation_db)
         titles[0] += f";\nthe other at {_told_place(presses[0].other_mm)} gets {less} of it"
+    elif found[0].second_finger_20mm_db is not None:
+        less = decibels_less(found[0].second_finger_20mm_db)
+        titles[0] += f";\nanother, of which the device knows nothing, {less}"
     write_figure(played_effects_figure(found, titles, heading, others), figure)
 
 
