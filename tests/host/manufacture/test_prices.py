@@ -13,7 +13,7 @@ from chladni.sim.board.file import load_board, parse_board, shipped_boards
 from conftest import ROOT, CommandLine
 
 DATED = re.compile(r"undated$|20\d\d-\d\d")
-UNLISTED = re.compile(r"× 0\.[12] mm|rigid")
+UNLISTED = re.compile(r"mm, in the sheet|× 0\.[12] mm|rigid")
 """FR4 that no list has; what a board stands on, which is a builder's choice."""
 PAGE = (ROOT / "docs" / "first-board.md").read_text("utf-8")
 ON_RUBBER = """

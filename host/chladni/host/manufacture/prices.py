@@ -26,6 +26,7 @@ ALSO_SOLD_BY = {
     "plate": "dealers in laminates, shim stock and thin sheets",
     "earth wire": "hobby shops",
     "ground plate": "plastics and metal shops",
+    "touch panel": "shops for chips: the sheet's board maker etches the electrodes",
 }
 """Of parts that no list has a price for."""
 

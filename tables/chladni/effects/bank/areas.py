@@ -179,7 +179,7 @@ class Bank:
             for x, y in reach_mm(area.shape):
                 if abs(x) > 0.5 * width_mm + 1e-6 or abs(y) > 0.5 * length_mm + 1e-6:
                     expected = f"within the board, {width_mm:g} × {length_mm:g} mm about its centre"
-                    hint = "copy the bank's .toml, and give it areas of this board"
+                    hint = "give it areas of this board; of a shipped bank, in a copy of its .toml"
                     raise ArgumentError(
                         f"area {area.name}", f"{x:g}, {y:g} mm", expected, hint=hint
                     )

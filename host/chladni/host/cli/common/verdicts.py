@@ -189,7 +189,8 @@ def _on_stiffer_foam(two: CountScore, foam: KeptApart | None) -> str:
     if two.finger_um is not None and foam.finger_um is not None:
         told += f", and {foam.finger_um.median:.2g} µm each instead of {two.finger_um.median:.2g}"
     often = " Foam is often twice as stiff as its data sheet says"
-    return f"{often}: that leaves {told}, until `chladni calibrate` finds the board's own drives."
+    until = "until `chladni calibrate` finds the board's own drives"
+    return f"{often}: that leaves two fingers {told}, {until}."
 
 
 def _remedy(score: BoardScore, tried: Sequence[Remedy]) -> str:

@@ -264,9 +264,8 @@ def _draw_panel(sheet: Sheet, panel: Panel, parts: dict[str, Part]) -> None:
         _draw_line(sheet, low, name, f"GPIO {pin}")
     low -= 0.7
     sheet.box(BLOCK_X, low, BLOCK_WIDTH, PANEL_Y + 0.8 - low, fill=SENSE)
-    kind, _, size = parts["touch panel"].value.partition(", ")
     sheet.text(BLOCK_X + 1.6, PANEL_Y + 1.2, "touch panel", bold=True)
-    sheet.lines(BLOCK_X + 0.3, PANEL_Y - 1.0, (kind, size))
+    sheet.lines(BLOCK_X + 0.3, PANEL_Y - 1.0, parts["touch panel"].value.split(", "))
     sheet.wire((BLOCK_X + 0.8, PANEL_Y + 0.8), (BLOCK_X + 0.8, PANEL_Y + 1.2))
     sheet.rail(BLOCK_X + 0.8, PANEL_Y + 1.2, "3.3 V")
     sheet.wire((BLOCK_X + 0.8, low), (BLOCK_X + 0.8, low - 0.3))

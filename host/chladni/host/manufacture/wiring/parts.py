@@ -210,9 +210,10 @@ def _panel_parts(board: Board, own: Values) -> tuple[Part, ...]:
         return ()
     size = " × ".join(f"{side * 1e3:g}" for side in panel.size)
     kinds = {"find": "FT6x36 or GT911", "ft6x36": "FT6x36", "gt911": "GT911"}
+    where = ", in the sheet" if panel.place == "in" else ""
     earth = Part("earth wire", 1, "from the sheet to GND", "a conductor that floats moves charge")
     return (
-        Part("touch panel", 1, f"{kinds[panel.controller]}, {size} mm", "the board file's"),
+        Part("touch panel", 1, f"{kinds[panel.controller]}, {size} mm{where}", "the board file's"),
         *[earth] * (board.plate.material in METALS),
         Part(
             "bus pull-up",
