@@ -202,3 +202,13 @@ def test_a_measured_board_shows_what_its_coils_push() -> None:
     own = Measured("a recording", "2026-11-27")
     rows = actuator_rows(replace(board, actuators=(weak, dead, *others), measured=own))
     assert [row["force_ratio"] for row in rows[:3]] == [pytest.approx(-0.5012, abs=1e-4), 0.0, 1.0]
+
+
+@pytest.mark.parametrize(("n_per_mm", "is_told"), [(75.2, False), (75_200.0, True)])
+def test_a_foot_in_newtons_per_metre_is_remarked_on(
+    n_per_mm: float, is_told: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    board = load_board("phone5")
+    say_leftovers(replace(board, springs=(Spring((0.0, 20e-3), 1e3 * n_per_mm),)))
+    said = capsys.readouterr().err
+    assert ("a spring of 75200 N/mm hardly gives" in said) == is_told

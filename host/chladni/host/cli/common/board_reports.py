@@ -83,6 +83,8 @@ SMALL_COIL, K_PER_W_OF_SMALL = 12.5e-3, 100.0
 """m, and what is estimated of ⌀10 mm: it has half of the surface of ⌀15, of which 60 K/W are."""
 LITTLE = 0.1
 """Of a coil's full current: no supply that is meant allows all coils less."""
+LEAST_PIN = 5000.0
+"""N/mm: under 1 N that is a fifth of a micrometre, which no resting finger feels."""
 LONG_PIXEL = 2.0
 """Sides of a panel's pixel; those of panels that are sold are squares."""
 LONG_STEP = 1.5
@@ -97,9 +99,15 @@ NEAR_MODE = 0.1
 
 
 def say_unheld(board: Board) -> None:
-    """Remark on a plate that lies on nothing."""
+    """Remark on a plate that lies on nothing, and on a spring that gives no more than a pin."""
     if not is_held(board):
         say("nothing holds this plate: no foam, screw, foot or edge keeps it where it is")
+    stiffest = max((own.stiffness * MM for own in board.springs), default=0.0)
+    if stiffest > LEAST_PIN:
+        say(
+            f"a spring of {stiffest:g} N/mm hardly gives: rubber feet have 10 to 100. Are these "
+            "N/m? A point that cannot move is one of [[pins]]"
+        )
 
 
 def _say_of_the_area(area: Area, size: tuple[float, float]) -> None:
