@@ -209,7 +209,7 @@ def test_a_layout_for_several_is_rated_by_the_best_drives_that_there_are() -> No
         left.append(found / (drive.conj() @ form @ drive).real)
     # 20 000 draws of a mean square of a complex number: 0.7 %.
     assert np.allclose(left, 1.0, atol=0.03)
-    rating = ApartRating(plain, under, (2.0, 0.5))
+    rating = ApartRating(plain, under, (2.0, 0.5, 0.0))
     wanted = 2.0 * np.quantile(levels, 0.1) + 0.5 * np.quantile(own_um, 0.1)
     assert rating.figure([0, 1, 2]) == pytest.approx(wanted, abs=1e-9)
 
@@ -225,7 +225,7 @@ def test_layouts_for_several_are_rated_as_their_boards_score() -> None:
         for a, b in ((47.0, 24.0), (12.0, 12.0))
     )
     metres = [(1e-3 * x, 1e-3 * y) for x, y in (*wide, *close)]
-    rating = ApartRating.of(board, PlainPlate.of(board, metres), (1.0, 0.3))
+    rating = ApartRating.of(board, PlainPlate.of(board, metres), (1.0, 0.3, 0.0))
     assert rating.figure(range(5)) > rating.figure(range(5, 10)) + 6.0
     best = point_of(layouts_of(spec, (5, numbers))["layouts"][0])
     first, second, third = (
@@ -275,3 +275,19 @@ def test_sheets_are_as_thick_as_shops_sell_them(
     (own,) = variables_of({"plate": {"material": material, "thickness_mm": open_mm}})
     assert isinstance(own, Choice)
     assert own.options == found
+
+
+def test_where_clicks_are_weighed_harder_feet_come_first() -> None:
+    """Tones are louder on the softer ones, clicks keep 10 dB and more on the others."""
+    spec = read_spec(ROOT / "boards" / "specs" / "feet5.toml")
+    places = [(0.0, 0.0), *((1e-3 * x, 1e-3 * y) for x in (-42.0, 42.0) for y in (-20.0, 20.0))]
+    tones, clicks = [], []
+    for feet in (0.0, 1.0):
+        board = completed_board(document_of(spec, (0.0, feet), [(0.0, 0.0)]))
+        plain = PlainPlate.of(board, places)
+        drive = replace(board.drive, frequency_hz=200.0)
+        at_200 = PlainPlate.of(replace(board, drive=drive), places)
+        tones.append(ApartRating.of(board, plain, (1.0, 0.3, 0.0)).figure(range(5)))
+        clicks.append(ApartRating.of(board, plain, (0.0, 0.3, 1.0), at_200).figure(range(5)))
+    assert tones[0] > tones[1]
+    assert clicks[1] > clicks[0] + 8.0

@@ -28,6 +28,7 @@ from chladni.design.spec import Spec
 from chladni.design.variables import Choice, Document
 from chladni.design.weights import FINGER_CLICK, FINGER_LEVEL, FINGER_TERMS
 from chladni.drives.fingers.coupling import LEAST_APART
+from chladni.drives.scoring.several_fingers.fingers_score import CLICK_HZ
 from chladni.drives.scoring.survey import active_lattice
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Actuator
@@ -174,8 +175,8 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
     if not offered:
         return {"layouts": []}
     looked_at = [*offered, *(one for _, own in regular for one in own)]
-    plain = PlainPlate.of(board, [place for one in looked_at for place in one.images])
-    rating = _rating(spec, board, plain, places)
+    coils = [place for one in looked_at for place in one.images]
+    rating = _rating(spec, board, coils, places)
     exchanged = [("exchanged", one) for one in best_layouts(rating, offered, count, least)]
     widest = 2.0 * np.abs(places).max(axis=0)
     sides = [k for k in (0, 1) if mirrors[k] and widest[k] >= LEAST_APART]
@@ -250,12 +251,16 @@ def _telling(layouts: list[Kind], sides: Sequence[int]) -> list[Kind]:
     ] or layouts
 
 
-def _rating(spec: Spec, board: Board, plain: PlainPlate, places: Sequence[Place]) -> Rating:
+def _rating(spec: Spec, board: Board, coils: Sequence[Place], places: Sequence[Place]) -> Rating:
     """By what the SPEC weighs, or by one finger's focus if it weighs that as well."""
+    plain = PlainPlate.of(board, coils)
     if not spec.is_for_several:
         return FocusRating.of(board, plain, places)
-    apart = sum(spec.weights.get(name, 0.0) for name in (*FINGER_TERMS, FINGER_CLICK))
-    return ApartRating.of(board, plain, (apart, spec.weights.get(FINGER_LEVEL, 0.0)))
+    tones = sum(spec.weights.get(name, 0.0) for name in FINGER_TERMS)
+    others = [spec.weights.get(name, 0.0) for name in (FINGER_LEVEL, FINGER_CLICK)]
+    drive = replace(board.drive, frequency_hz=CLICK_HZ)
+    click = PlainPlate.of(replace(board, drive=drive), coils) if others[1] else None
+    return ApartRating.of(board, plain, (tones, others[0], others[1]), click)
 
 
 def _scored(
