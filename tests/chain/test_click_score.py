@@ -12,6 +12,7 @@ from chladni.drives.fingers import responses_at
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.several_fingers.fingers_score import (
     CLICK_HZ,
+    CLICK_PEAK,
     score_fingers,
     solver_of,
 )
@@ -64,6 +65,11 @@ def test_a_reckoned_click_is_one_that_is_played(
     assert two.click_db.p10 == pytest.approx(np.percentile(played, 10.0), abs=off_db)
     if first_hz < CLICK_HZ:
         assert two.isolation_db.median > np.median(played) + 8.0
+
+
+def test_a_clicks_peak_is_that_of_the_shipped_one() -> None:
+    samples = shipped_effects()["click"].samples(SIGNAL_HZ)
+    assert pytest.approx(np.abs(samples).max(), abs=0.005) == CLICK_PEAK
 
 
 def clicks_over_time(board: Board, sets: NDArray[np.float64]) -> list[float]:

@@ -252,6 +252,8 @@ def test_board_score_answers_and_draws(chladni: CommandLine, tmp_path: Path) -> 
         "finger_um",
         "unfelt",
         "unfelt_pressing",
+        "click_db",
+        "click_um",
         "perturbed",
     }
     assert answer["two_fingers"]["isolation_db"]["median"] > 34.0

@@ -12,6 +12,7 @@ from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
 from chladni.drives.scoring.several_fingers.fingers_score import (
+    CLICK_PEAK,
     FingersScore,
     score_fingers,
     solver_of,
@@ -178,19 +179,31 @@ def test_fingers_beside_their_places_and_pressing_hard_lose_little(strip: Board)
 
 def test_a_click_keeps_what_its_real_gains_keep_at_200_hz(strip: Board) -> None:
     """Found at the board's own frequency, played on the plate under both fingers; alone nothing."""
-    alone, two = score_fingers(strip, (1, 2), sets=3, samples=1, clicks=True).counts
+    told: list[tuple[int, int]] = []
+    alone, two = score_fingers(
+        *(strip, (1, 2)), sets=3, samples=1, clicks=True, progress=lambda *own: told.append(own)
+    ).counts
     assert alone.click_db is None
-    kept = []
-    known, solved = responses_at(solved_board(strip)), solved_board(strip).at_frequency(200.0)
+    assert told[-1][0] <= told[-1][1] == 2 * 3 * 6
+    kept, peaks = [], []
+    solved = solved_board(strip)
+    known, at_200 = responses_at(solved), solved.at_frequency(200.0)
     for places in two.places:
-        fingers = FingerSet.of(solved, places, pressing_stiffness(1.0, 200.0))
         solve = solver_of(strip, known, None, real=True)
         drives = solve(places)
         assert np.all(drives.imag == 0.0)
+        fingers = FingerSet.of(at_200, places, pressing_stiffness(1.0, 200.0))
         kept += fingers.isolation_db(drives).tolist()
+        moved = FingerSet.of(solved, places, STIFFNESS).means(drives)
+        for own, drive in enumerate(drives):
+            full = full_drive(strip, drive, 160.0)
+            assert full is not None
+            peaks.append(1e6 * CLICK_PEAK * full.newtons * abs(moved[own, own]) / max(abs(drive)))
     assert two.click_db is not None
     assert two.click_db.median == pytest.approx(np.median(kept), abs=1e-9)
     assert two.click_db.p10 == pytest.approx(np.percentile(kept, 10.0), abs=1e-9)
+    assert two.click_um is not None
+    assert two.click_um.median == pytest.approx(np.median(peaks), rel=1e-6)
     assert two.perturbed is not None
     assert two.perturbed.click_db is not None
     assert two.perturbed.click_db.median != two.click_db.median

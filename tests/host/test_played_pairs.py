@@ -113,13 +113,18 @@ def test_pairs_of_a_bank_lie_in_its_areas(
     drawn = finger_sets(load_board("strip5"), 2, 400, 16e-3, np.random.default_rng(SEED)) / MM
     inside = np.abs(np.abs(drawn[..., 1]) - 12.0).max(axis=1) < 6.0
     over_db: list[float] = []
-    for pair in drawn[inside & (np.abs(drawn[..., 0]).max(axis=1) < 6.0)][:2].tolist():
+    pairs = drawn[inside & (np.abs(drawn[..., 0]).max(axis=1) < 6.0)][:2].tolist()
+    for pair in pairs:
         one, other = ("{!r},{!r}".format(*place) for place in pair)
         played = chladni("play", *words, "--at", one, "--other", other, "--json")
         over_db += _over_db(played.json["fingers"])
     middle = np.median(over_db)
     assert found.json["over_other_effect_db"]["median"] == pytest.approx(middle, abs=1e-6)
     assert found.json["bank"] == "keys"
+    assert sum(one["presses"] for one in found.json["areas"]) == 4
+    assert {one["name"] for one in found.json["areas"]} == {"upper", "lower"}
+    least = found.json["worst_at_mm"]
+    assert any(np.allclose(least, one) or np.allclose(least[::-1], one) for one in pairs)
     assert "a finger gets" in found.json["verdict"]
     assert "more of its own effect than of the other's" in found.json["verdict"]
 

@@ -111,7 +111,7 @@ def test_what_would_help_was_tried(spacing: float | None, tried: float | None, w
             isolation_db=spread(31.0, 12.0),
             click_db=clicks,
             finger_um=spread(5.0, 0.3),
-            perturbed=None,
+            **dict.fromkeys(("click_um", "perturbed")),
         )
         remedies = [] if tried is None else [Remedy("softer foam", tried), Remedy("none", -9.0)]
         return of_board(score, two, frequency_hz=160.0, for_fingers=for_fingers, tried=remedies)
@@ -144,7 +144,7 @@ def test_what_stiffer_foam_leaves_is_told_with_what_fingers_get(strip: Board) ->
     assert f", as drawn, {off.median:.0f} / {off.p10:.0f} dB within tolerances. Foam is" in told
     kept, each = foam.isolation_db, foam.finger_um
     assert each is not None
-    assert f"leaves {kept.median:.0f} and {kept.p10:.0f} dB, and {each.median:.2g} µm each" in told
+    assert f"two fingers {kept.median:.0f} and {kept.p10:.0f} dB, and {each.median:.2g} µm" in told
     assert on_stiffer_foam(replace(strip, foundation=None), two) is None
 
 

@@ -300,7 +300,7 @@ def winding_report(board: Board) -> dict[str, Any]:
 
 
 OF_TWO = (
-    *("isolation_db", "click_db", "level_db", "finger_um", "unfelt", "unfelt_pressing"),
+    *("isolation_db", "click_db", "click_um", "level_db", "finger_um", "unfelt", "unfelt_pressing"),
     "perturbed",
 )
 

@@ -7,6 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.methods import SEED
@@ -16,7 +17,7 @@ from chladni.effects.bank.unpack import unpack_bank
 from chladni.effects.effect import Effect
 from chladni.host.cli.common.finger_remarks import say_waves
 from chladni.host.cli.common.options import required
-from chladni.host.cli.common.output import Place, answer, progress_bar
+from chladni.host.cli.common.output import Place, answer, progress_bar, say
 from chladni.host.cli.device.connection import Connection
 from chladni.host.cli.effects.presses import Press, bank_for, of_bank, of_effects
 from chladni.host.cli.effects.remarks import say_bias, say_short_places
@@ -26,11 +27,16 @@ from chladni.host.emulation.played_effect import PlayedEffect, check_can_play
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ArgumentError, ConflictError, MissingError
 
+FloatArray = NDArray[np.float64]
+
 MOST_DRAWN = 1000
 MOST_DRAWS = 1000
 """For each pair that is asked for: in one of them a bank's areas are too few or too small."""
-FEW = 10
-"""Fewer have no tenth."""
+FEW, MANY = 10, 60
+"""Fewer have no tenth; of as many it is known to some 2 dB."""
+Drawn = Sequence[Sequence[Press]]
+Found = Sequence[Sequence[PlayedEffect]]
+"""A finger that plays, or two, of each pair or place."""
 
 
 def check_drawn(
@@ -53,7 +59,7 @@ def check_drawn(
     option, bank = "--pairs" if pairs else "--places", connection.emulated_bank is not None
     named = [own for own, value in given.items() if value]
     if named:
-        raise ConflictError(named[0], option, hint=f"{option} draws where fingers lie")
+        raise ConflictError(named[0], option, hint=f"{option} chooses where fingers lie")
     others = {"--other-effect": effects[1] is not None, "--together": together}
     for own in [name for name, is_given in others.items() if is_given]:
         if not pairs:
@@ -111,16 +117,16 @@ def play_drawn(
     known |= setup.rows(as_json=as_json)
     known |= {"pairs" if pairs else "places": count, "newtons": how["newtons"]}
     tell = _of_two if len(found[0]) > 1 else _of_one if pairs else _of_unknown
-    rows = tell(found, names, as_json=as_json)
+    rows = tell(drawn, found, names, as_json=as_json)
     rows = {"verdict": f"Over {count} {'pairs' if pairs else 'places'} {rows.pop('verdict')}"} | (
         known | rows | {"rested": _rested(found[0][0])}
     )
     answer(rows, as_json=as_json, title=setup.played_on)
+    if FEW <= count < MANY:
+        say(f"the worst tenth of {count} is {count // 10} of them: of more it may lie 5 dB lower")
 
 
-def _of_one(
-    found: Sequence[Sequence[PlayedEffect]], _: Sequence[str], *, as_json: bool
-) -> dict[str, Any]:
+def _of_one(drawn: Drawn, found: Found, _: Sequence[str], *, as_json: bool) -> dict[str, Any]:
     """The first finger of each pair plays."""
     played = [own for (own,) in found]
     unfelt = [(one.other_peak_um or 0.0) <= (one.just_felt_um or 0.0) for one in played]
@@ -130,14 +136,13 @@ def _of_one(
     return {
         "verdict": f"the other finger gets {_told(levels, 'less')}{rest}.",
         **_spreads({"peak_um": _peaks(played), "isolation_db": levels}, as_json=as_json),
+        **_worst(drawn, levels, as_json=as_json),
         "unfelt": float(np.mean(unfelt)) if knows else None,
     }
 
 
-def _of_two(
-    found: Sequence[Sequence[PlayedEffect]], effects: Sequence[str], *, as_json: bool
-) -> dict[str, Any]:
-    """Both fingers of each pair play, of a bank either one anything."""
+def _of_two(drawn: Drawn, found: Found, effects: Sequence[str], *, as_json: bool) -> dict[str, Any]:
+    """Both fingers of each pair play, of a bank what its area has."""
     levels = np.array([over_other_effect_db(own) for own in found])
     key = "over_other_effect_db"
     if not effects:
@@ -145,7 +150,9 @@ def _of_two(
         told = _told(every, "more of its own effect than of the other's")
         peaks = _peaks([one for own in found for one in own])
         spreads = _spreads({"peak_um": peaks, key: every}, as_json=as_json)
-        return {"verdict": f"a finger gets {told}.", **spreads}
+        spreads |= _worst(drawn, levels.min(axis=1).tolist(), as_json=as_json)
+        areas = _by_area(drawn, found, levels, as_json=as_json)
+        return {"verdict": f"a finger gets {told}.", **spreads, **areas}
     sentences, rows = [], []
     for own, other in ((0, 1), (1, 0)):
         more = f"more of its {effects[own]} than of {'AB'[other]}'s {effects[other]}"
@@ -153,15 +160,40 @@ def _of_two(
         peaks = _peaks([one[own] for one in found])
         spreads = _spreads({"peak_um": peaks, key: levels[:, own].tolist()}, as_json=as_json)
         rows.append({"name": "AB"[own], "effect": effects[own]} | spreads)
-    verdict = {"verdict": f"{'; '.join(sentences)}."}
-    if as_json:
-        return verdict | {"fingers": rows}
-    return verdict | {one["name"]: one | {"name": None} for one in rows}
+    result: dict[str, Any] = {"verdict": f"{'; '.join(sentences)}."}
+    result |= _worst(drawn, levels.min(axis=1).tolist(), as_json=as_json)
+    return result | _named("fingers", rows, as_json=as_json)
 
 
-def _of_unknown(
-    found: Sequence[Sequence[PlayedEffect]], _: Sequence[str], *, as_json: bool
-) -> dict[str, Any]:
+def _by_area(drawn: Drawn, found: Found, levels: FloatArray, *, as_json: bool) -> dict[str, Any]:
+    """What presses of each area of a bank have."""
+    rows: dict[str, dict[str, list[float]]] = {}
+    for presses, played, own in zip(drawn, found, levels.tolist(), strict=True):
+        for press, one, db in zip(presses, played, own, strict=True):
+            row = rows.setdefault(str(press.area), {"peak_um": [], "over_other_effect_db": []})
+            row["peak_um"].append(one.peak_um)
+            row["over_other_effect_db"].append(db)
+    areas = [
+        {"name": name, "presses": len(own["peak_um"])} | _spreads(own, as_json=as_json)
+        for name, own in sorted(rows.items())
+    ]
+    return _named("areas", areas, as_json=as_json)
+
+
+def _named(key: str, rows: Sequence[dict[str, Any]], *, as_json: bool) -> dict[str, Any]:
+    """Rows as programs have them, or each under its name."""
+    return {key: rows} if as_json else {one["name"]: one | {"name": None} for one in rows}
+
+
+def _worst(drawn: Drawn, levels: Sequence[float], *, as_json: bool) -> dict[str, Any]:
+    """Where fingers of the least level lie."""
+    press = drawn[int(np.argmin(levels))][0]
+    places = [press.at_mm, *([press.other_mm] if press.other_mm else [])]
+    told = " and ".join("{:.1f}, {:.1f}".format(*place) for place in places)
+    return {"worst_at_mm": [list(place) for place in places] if as_json else f"{told} mm"}
+
+
+def _of_unknown(drawn: Drawn, found: Found, _: Sequence[str], *, as_json: bool) -> dict[str, Any]:
     """One finger plays, and the device knows of no other.
 
     Raises
@@ -170,7 +202,9 @@ def _of_unknown(
         The board has no two places 20 mm apart.
     """
     played = [own for (own,) in found]
-    levels = [one.second_finger_20mm_db for one in played if one.second_finger_20mm_db is not None]
+    known = [(one, own.second_finger_20mm_db) for one, own in zip(drawn, played, strict=True)]
+    far = [(one, db) for one, db in known if db is not None]
+    levels = [db for _, db in far]
     if not levels:
         raise ArgumentError("--places", len(found), "a board with places 20 mm apart")
     return {
@@ -179,6 +213,7 @@ def _of_unknown(
             f"{_told(levels, 'less')}."
         ),
         **_spreads({"peak_um": _peaks(played), "second_finger_20mm_db": levels}, as_json=as_json),
+        **_worst([one for one, _ in far], levels, as_json=as_json),
     }
 
 
@@ -205,9 +240,7 @@ def _drawn(
     raise ArgumentError(option, count, "a bank that many drawn fingers meet", hint=hint)
 
 
-def _played(
-    setup: Setup, drawn: Sequence[Sequence[Press]], how: dict[str, Any]
-) -> list[list[PlayedEffect]]:
+def _played(setup: Setup, drawn: Drawn, how: dict[str, Any]) -> list[list[PlayedEffect]]:
     how, found = how | setup.solved(), []
     check_can_play(setup.table, setup.board, drawn[0][0].other_mm)
     with progress_bar("places" if drawn[0][0].other_mm is None else "pairs") as progress:

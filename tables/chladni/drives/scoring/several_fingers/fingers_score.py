@@ -55,6 +55,8 @@ CLICK_HZ = 200.0
 boards on feet and on foam medians and worst tenths are within 2 dB of clicks over time on the same
 plates where the first mode lies at 250 Hz or above. Below that they are within 4, and a tone of
 160 Hz keeps up to 17 dB more than a click (bench/several_fingers/clicks.py)."""
+CLICK_PEAK = 0.89
+"""Largest sample of the shipped click behind its low-pass."""
 EXPECTED_TO_REAL = 0.25
 """Of a threshold, that a share may have by the plate as it is known: on the plate itself shares
 come out up to 12 dB larger, by what one finger does to another and by tolerances."""
@@ -164,12 +166,13 @@ def score_fingers(
         assert known is not None
         of_clicks = solver_of(board, known, regularisation, real=True)
     groups = drawn_sets(board, counts, sets, apart, seed)
-    counter = StepCounter(progress, sum(map(len, groups)) * (3 if samples else 2))
+    steps = sum(map(len, groups)) * (3 if samples else 2)
+    counter = StepCounter(progress, 2 * steps if clicks else steps)
     drawn = [
         _Drawn(
             _moved(board, group, beside, seed),
             found_drives(solve, group, counter),
-            [of_clicks(own) for own in group] if of_clicks else [],
+            found_drives(of_clicks, group, counter) if of_clicks else [],
         )
         for group in groups
     ]
@@ -179,13 +182,13 @@ def score_fingers(
         off = _perturbed(board, drawn, newtons, samples, seed, counter)
     scores = tuple(
         CountScore(
-            **vars(kept_apart(board, own.rows, own.clicks_db)),
+            **vars(kept_apart(board, own.rows, own.clicks)),
             fingers=one.places.shape[1],
             sets=len(one.places),
             perturbed=None
             if others is None
             else PerturbedFingers(
-                **vars(kept_apart(board, others.rows, others.clicks_db)),
+                **vars(kept_apart(board, others.rows, others.clicks)),
                 samples=samples,
                 seed=seed,
             ),
@@ -271,14 +274,14 @@ class _Drawn:
 
 @dataclass(frozen=True)
 class _Got:
-    """What fingers of some sets have of their tones (rows_of) and of their clicks, dB."""
+    """What fingers of some sets have of their tones (rows_of), and of clicks, dB and µm."""
 
     rows: FloatArray
-    clicks_db: FloatArray | None
+    clicks: FloatArray | None
 
     @classmethod
     def joined(cls, parts: Sequence[_Got]) -> _Got:
-        clicks = [own.clicks_db for own in parts if own.clicks_db is not None]
+        clicks = [own.clicks for own in parts if own.clicks is not None]
         rows = np.concatenate([own.rows for own in parts])
         return cls(rows, np.concatenate(clicks) if clicks else None)
 
@@ -293,20 +296,30 @@ def _got(
     counter: StepCounter,
 ) -> _Got:
     """Of some of the sets on a plate with coils of some forces."""
-    places, rows = drawn.places[which], []
+    places, rows, um = drawn.places[which], [], []
+    of_clicks = drawn.of_clicks[which]
     sets = FingerSet.of_all(solved, places, _stiffness(solved, newtons))
-    for fingers, known in zip(sets, drawn.drives[which], strict=True):
+    for number, (fingers, known) in enumerate(zip(sets, drawn.drives[which], strict=True)):
         rows.append(rows_of(board, fingers, known, forces))
+        um += _click_um(board, fingers, of_clicks[number], forces) if of_clicks else []
         counter.step()
-    if not drawn.of_clicks or places.shape[1] == 1:  # alone
+    if not of_clicks or places.shape[1] == 1:  # alone
         return _Got(np.concatenate(rows), None)
     solved = solved.at_frequency(CLICK_HZ)
-    sets = FingerSet.of_all(solved, places, _stiffness(solved, newtons))
-    clicks = [
-        fingers.isolation_db(known * forces)
-        for fingers, known in zip(sets, drawn.of_clicks[which], strict=True)
-    ]
-    return _Got(np.concatenate(rows), np.concatenate(clicks))
+    sets, kept = FingerSet.of_all(solved, places, _stiffness(solved, newtons)), []
+    for fingers, known in zip(sets, of_clicks, strict=True):
+        kept.append(fingers.isolation_db(known * forces))
+        counter.step()
+    return _Got(np.concatenate(rows), np.stack((np.concatenate(kept), um), axis=1))
+
+
+def _click_um(
+    board: Board, fingers: FingerSet, drives: ComplexArray, forces: FloatArray
+) -> list[float]:
+    """Peak of each finger's click where the others rest; NaN without a coil."""
+    own = np.abs(np.diag(fingers.means(drives * forces))) * CLICK_PEAK / MICROMETRE
+    most = [most_newtons(board, drive[None]) for drive in drives]
+    return [float(um * (np.nan if one is None else one)) for um, one in zip(own, most, strict=True)]
 
 
 def _stiffness(solved: SolvedBoard, newtons: float) -> complex:

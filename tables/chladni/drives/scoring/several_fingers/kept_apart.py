@@ -40,8 +40,9 @@ class KeptApart:
         feels (RMS over the disc, peak in time); None without a coil, or outside 40 to 800 Hz.
     unfelt_pressing
         The same 15 dB below that.
-    click_db
-        What a click keeps in place of the tone; None where that was not asked for.
+    click_db, click_um
+        What a click keeps in place of the tone, and its peak, of a finger that alone plays and has
+        the coils to itself; None where that was not asked for, µm without a coil too.
     """
 
     isolation_db: Spread
@@ -50,10 +51,11 @@ class KeptApart:
     unfelt: float | None
     unfelt_pressing: float | None
     click_db: Spread | None
+    click_um: Spread | None
 
 
-def kept_apart(board: Board, rows: FloatArray, clicks_db: FloatArray | None = None) -> KeptApart:
-    """Of all rows (rows_of) of all sets, and what their clicks keep, dB."""
+def kept_apart(board: Board, rows: FloatArray, clicks: FloatArray | None = None) -> KeptApart:
+    """Of all rows (rows_of) of all sets, and of what their clicks keep, dB and µm (fingers, 2)."""
     threshold = threshold_um(board.drive.frequency_hz)
     has_coil = bool(np.all(np.isfinite(rows[:, 2])))
     can_tell = has_coil and threshold is not None
@@ -65,7 +67,8 @@ def kept_apart(board: Board, rows: FloatArray, clicks_db: FloatArray | None = No
         finger_um=Spread.of(rows[:, 2].tolist()) if has_coil else None,
         unfelt=float(np.mean(rows[:, 3] < limit)) if can_tell else None,
         unfelt_pressing=float(np.mean(rows[:, 3] < pressing)) if can_tell else None,
-        click_db=None if clicks_db is None else Spread.of(clicks_db.ravel().tolist()),
+        click_db=None if clicks is None else Spread.of(clicks[:, 0].tolist()),
+        click_um=None if clicks is None or not has_coil else Spread.of(clicks[:, 1].tolist()),
     )
 
 
