@@ -167,3 +167,14 @@ def test_what_is_of_one_place_is_refused(
     answer = chladni("play", "--places", "3", *words)
     assert (answer.code, answer.out) == (2, "")
     assert named in answer.err
+
+
+@pytest.mark.parametrize(("y_mm", "is_told"), [(25.9, False), (26.1, True)])
+def test_a_press_where_no_board_is_scored_is_remarked_on(
+    chladni: CommandLine, path: Path, y_mm: float, is_told: bool
+) -> None:
+    """`strip5` has a margin of 4 mm on 60. Another board's file is refused after that."""
+    where = ("--board", "strip5", "--table", path, "--emulator", "--hidden", "two")
+    answer = chladni("play", "click", "--at", f"0,{y_mm}", *where)
+    told = "--at lies beyond the active area, x -3 to 3 and y -26 to 26 mm"
+    assert (told in answer.err) == is_told

@@ -212,3 +212,16 @@ def test_a_foot_in_newtons_per_metre_is_remarked_on(
     say_leftovers(replace(board, springs=(Spring((0.0, 20e-3), 1e3 * n_per_mm),)))
     said = capsys.readouterr().err
     assert ("a spring of 75200 N/mm hardly gives" in said) == is_told
+
+
+def test_a_board_without_gpios_is_told_that_a_device_needs_them(
+    chladni: CommandLine, tmp_path: Path
+) -> None:
+    board = load_board("phone5")
+    electronics = replace(board.electronics, pwm_pins=(), sign_pins=())
+    path = tmp_path / "b.toml"
+    for own, is_told in ((board, False), (replace(board, electronics=electronics), True)):
+        path.write_bytes(board_file(own, []))
+        shown = chladni("board", "show", path)
+        assert shown.code == 0, shown.err
+        assert ("no electronics.pwm_pins: a device needs a GPIO" in shown.err) == is_told

@@ -113,6 +113,9 @@ def test_an_emulated_device_plays_nearly_what_the_board_would(
     assert 0.0 < lost < 4.0
     assert played["level_db"]["median"] == pytest.approx(exact["level_db"]["median"], abs=1.5)
     assert played["unfelt"] > exact["unfelt"] - 0.1
+    # A click is reckoned from what the table says of the plate.
+    for key, most in (("click_db", 3.0), ("click_um", 0.5)):
+        assert played[key]["median"] == pytest.approx(exact[key]["median"], abs=most)
 
 
 def test_a_device_needs_a_table_of_the_board_with_responses(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -127,7 +128,7 @@ def test_a_design_says_which_finger_gets_more(db: float, words: str) -> None:
 def test_a_design_for_several_fingers_says_how_clicks_are_told(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    found: Any = SimpleNamespace(draws=4, seed=1, board=load_board("phone5"))
+    found: Any = SimpleNamespace(draws=4, seed=1, front=(), board=load_board("phone5"))
     places = {"coils": 5, "weights": {"fingers_2_db": 1.0}}
     say_next(found, spec_of(small(design=places)), Path("own.toml"))
     said = " ".join(capsys.readouterr().err.split())
@@ -136,12 +137,19 @@ def test_a_design_for_several_fingers_says_how_clicks_are_told(
     places = {"coils": 5, "weights": {"fingers_click_db": 1.0}}
     say_next(found, spec_of(small(design=places)), Path("own.toml"))
     assert "tones, and clicks as they are reckoned: " in " ".join(capsys.readouterr().err.split())
-    found = SimpleNamespace(draws=4, seed=1, board=load_board("pad16"))
+    found = SimpleNamespace(draws=4, seed=1, front=(), board=load_board("pad16"))
     say_next(found, spec_of(small()), Path("own.toml"))
     said = " ".join(capsys.readouterr().err.split())
     click = "`chladni play click --places 20 --emulator --board own.toml --table T.chl` tells what"
     assert f"These are tones, and no finger presses: {click} clicks leave 20 mm away" in said
-    assert "the bias of switches adds to that" in said
+    assert "the bias of switches adds to that, by some 6 dB less with ramp_ms = 25" in said
+    soft = load_board("pad16")
+    soft = replace(soft, electronics=replace(soft.electronics, ramp_ms=25.0))
+    found = SimpleNamespace(draws=4, seed=1, front=(1, 2), board=soft)
+    say_next(found, spec_of(small()), Path("own.toml"))
+    said = " ".join(capsys.readouterr().err.split())
+    assert "the bias of switches adds to that." in said
+    assert "the 2 boards of the front are written with --front FOLDER" in said
 
 
 def test_a_design_s_median_has_no_minus_zero() -> None:

@@ -46,6 +46,7 @@ from chladni.host.cli.common.output import (
     answer,
     check_output,
     progress_bar,
+    say,
     say_unmet,
     write_figure,
 )
@@ -110,6 +111,8 @@ def board_show(
     if loaded.fingers is not None:
         say_waves(loaded, modes.tolist())
         say_mirrored(loaded)
+    if loaded.coil is not None and not loaded.electronics.pwm_pins:
+        say("no electronics.pwm_pins: a device needs a GPIO for each coil (docs/hardware.md)")
     if board not in shipped_boards():  # in those, what stands is meant
         say_leftovers(loaded, modes.tolist())
     if loaded.winding:

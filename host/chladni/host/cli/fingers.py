@@ -62,8 +62,10 @@ from chladni.sim.fields.transfer import check_target
 from chladni.sim.image.finger import threshold_um
 from chladni.tables.format import read_table
 from chladni.tables.inspection.owner import board_for
+from chladni.tables.responses import TableResponses
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 COUNTS = (2, 3, 4, 5)
 FOR_FIGURES = ("places", "drives", "rows", "perturbed_rows")
@@ -147,7 +149,7 @@ def fingers(
     pair = _pair(loaded, at, other, count or 2, built=built)
     if table is not None:
         _check_for_device(regularisation, built=built)
-    solve = None if table is None else _device_of(table, loaded, board)
+    solve, known = (None, None) if table is None else _device_of(table, loaded, board)
     loaded = on_less(loaded)
     if pair is not None:
         _tell_pair(loaded, pair, solve, (regularisation, press), figure, as_json=as_json)
@@ -161,7 +163,8 @@ def fingers(
             beside=beside * MM,
             samples=samples if perturbed else 0,
             solve=solve,
-            clicks=table is None,
+            plate=known,
+            clicks=True,
             progress=progress,
             **drawn,
         )
@@ -187,7 +190,7 @@ def fingers(
     title = f"{loaded.name}, {loaded.known_as}: several fingers{', by the pins' * is_played}"
     answer(result, as_json=as_json, title=title)
     if not as_json:
-        say_tones(board, loaded, clicks=table is None)
+        say_tones(board, loaded, clicks=True)
 
 
 def _as_built(board: Board, count: int, samples: int, drawn: dict[str, Any]) -> FingersAsBuilt:
@@ -288,8 +291,8 @@ def _numbers(count: int | None, board: Board, *, is_played: bool) -> tuple[int, 
     return (count,)
 
 
-def _device_of(table: Path, board: Board, named: str) -> Solve:
-    """What an emulated device plays of a table that was made for the board."""
+def _device_of(table: Path, board: Board, named: str) -> tuple[Solve, TableResponses]:
+    """What an emulated device plays of a table that was made for the board, and knows by it."""
     # The firmware takes a moment to load.
     from chladni.host.emulation.played_fingers import played_finger_drives  # noqa: PLC0415
 
@@ -297,10 +300,14 @@ def _device_of(table: Path, board: Board, named: str) -> Solve:
     board_for(loaded, named, file=str(table))
     frequency_hz = board.drive.frequency_hz
     try:
-        loaded.responses_section(frequency_hz)
+        known = TableResponses.of(loaded, frequency_hz)
     except InputError as error:
         raise error.in_file(str(table)) from None
-    return lambda places: played_finger_drives(loaded, board, places, frequency_hz=frequency_hz)
+
+    def solve(places: FloatArray) -> ComplexArray:
+        return played_finger_drives(loaded, board, places, frequency_hz=frequency_hz)
+
+    return solve, known
 
 
 def _by_number(counts: list[dict[str, Any]]) -> dict[str, Any]:

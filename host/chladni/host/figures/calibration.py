@@ -110,7 +110,7 @@ def _draw_scores(axes: Axes, drawn: Board, before: Restored, after: Restored) ->
             axes.plot((own.p10, own.p90), (k + offset,) * 2, color=INK, linewidth=1.2)
     axes.set_yticks(range(len(rows)), [row[0] for row in rows])
     axes.axvline(0.0, color=INK, linewidth=0.8)
-    axes.set_xlabel("dB: medians, with lines\nfrom the worst tenth to the best")
+    axes.set_xlabel("dB: medians, with lines from\nthe worst tenth to the best tenth")
     axes.set_title(
         "how far apart fingers are kept: by drives\nfor the drawn board, and for the one found",
         fontsize=9,

@@ -12,6 +12,9 @@ from chladni.sim.board.quantity import SAME_PLACE
 from chladni.sim.fields.board_mirrors import board_mirrors
 from chladni.sim.fields.board_plate import first_natural_hz
 
+SOFT_RAMP_MS = 25.0
+"""With which a switch's bias leaves a click what it keeps without one (docs/effects.md)."""
+
 
 def say_waves(board: Board, modes_hz: Sequence[float] | None = None) -> None:
     """Remark on a plate that resonates among what effects are made of: gains do not hold there.
@@ -58,6 +61,17 @@ def say_mirrored(board: Board) -> None:
             )
 
 
+def _ramp(board: Board) -> str:
+    """What makes a bias softer, where it is not yet."""
+    own = board.electronics.ramp_ms
+    if own >= SOFT_RAMP_MS:
+        return ""
+    return (
+        f", by some 6 dB less with ramp_ms = {SOFT_RAMP_MS:g} in place of {own:g}, whose clicks "
+        f"come {SOFT_RAMP_MS - own:.0f} ms later (docs/effects.md)"
+    )
+
+
 def say_tones(named: str, board: Board, table: str = "T.chl", *, clicks: bool = False) -> None:
     """After what steady tones keep, and maybe reckoned clicks: what effects keep by the pins.
 
@@ -65,7 +79,8 @@ def say_tones(named: str, board: Board, table: str = "T.chl", *, clicks: bool = 
     """
     play = f"--emulator --board {named}"
     if not board.is_for_several:
-        bias = "" if board.electronics.is_bridge else "; the bias of switches adds to that"
+        adds = f"; the bias of switches adds to that{_ramp(board)}"
+        bias = "" if board.electronics.is_bridge else adds
         say(
             f"These are tones, and no finger presses: `chladni play click --places 20 {play} "
             f"--table {table}` tells what clicks leave 20 mm away, pressed with 1 N{bias}."

@@ -145,7 +145,7 @@ def design_board(
     rows = result(found, asked, entries, output, how_far)
     answer(rows, as_json=as_json, title=f"{output} answers {spec}")
     if not as_json:
-        say_next(found, asked, output)
+        say_next(found, asked, output, front)
 
 
 def _make_folder(front: Path, output: Path) -> None:

@@ -72,8 +72,16 @@ def say_first(spec: Spec, seed: int, samples: int) -> None:
         say_panel(layered, for_several=board.is_for_several)
 
 
-def say_next(found: Design, spec: Spec, output: Path) -> None:
-    """Which commands score the board as the search did, and say more."""
+def say_next(found: Design, spec: Spec, output: Path, front: Path | None = None) -> None:
+    """What the board's panel does, which commands score it as the search did, and say more.
+
+    `front`: where its boards were written.
+    """
+    layered = layered_plate(found.board) if spec.variables else None
+    if layered:
+        say_panel(layered, for_several=found.board.is_for_several)
+    if front is None and len(found.front) > 1:
+        say(f"the {len(found.front)} boards of the front are written with --front FOLDER")
     if weighed := spec.finger_counts:
         counts = f" --fingers {weighed[0]}" if len(weighed) == 1 else ""
         own = f"{output}{counts} --samples {found.draws} --seed {found.seed}"

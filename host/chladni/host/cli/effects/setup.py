@@ -14,6 +14,7 @@ from chladni.host.cli.device.connection import Connection
 from chladni.host.emulation.felt_over_time import plates_over_frequency
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
+from chladni.sim.board.quantity import MM
 from chladni.sim.fields.transfer import check_target
 from chladni.tables.format import read_table
 from chladni.tables.inspection.owner import board_for
@@ -84,6 +85,7 @@ def setup_of(connection: Connection, places: Sequence[Place], hidden: str | None
         board = board_for(table, connection.board, file=str(path))
     for option, place in zip(("--at", "--other"), places, strict=False):
         check_target(board, place, option)
+        _say_inactive(board, place, option)
     plate = named_plate(board, hidden)
     if table is None:
         with progress_bar("table") as progress:
@@ -95,3 +97,11 @@ def setup_of(connection: Connection, places: Sequence[Place], hidden: str | None
             f"now; `chladni table build {connection.board} --for fingers -o T.chl` keeps them"
         )
     return Setup(table, board, plate, hidden, path)
+
+
+def _say_inactive(board: Board, place: Place, option: str) -> None:
+    """Remark on a place where no score expects a finger."""
+    sides = [(low / MM, high / MM) for low, high in board.active_area]
+    if any(not low <= at <= high for at, (low, high) in zip(place, sides, strict=True)):
+        x, y = ("{:g} to {:g}".format(*side) for side in sides)
+        say(f"{option} lies beyond the active area, x {x} and y {y} mm, in which boards are scored")

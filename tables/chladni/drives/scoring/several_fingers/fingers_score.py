@@ -139,8 +139,8 @@ def score_fingers(
     plate
         What drives are found from; the board's own responses if left out.
     solve
-        Finds drives in another way, and needs neither plate nor λ: of fingers at (fingers, 2), m,
-        drives of shape (fingers, actuators), of any common scale.
+        Finds the tones' drives in another way, and needs neither plate nor λ: of fingers at
+        (fingers, 2), m, drives of shape (fingers, actuators), of any common scale.
     clicks
         Tell what a click keeps, too (`CLICK_HZ`), by drives of the plate with real gains.
     progress
