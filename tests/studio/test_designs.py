@@ -147,20 +147,26 @@ def test_the_page_draws_a_front_and_shows_a_board_of_it(page: Page, tmp_path: Pa
     page.get_by_text("2 coils at 160 Hz").wait_for()
 
 
-def test_a_search_for_several_fingers_is_shown_by_several(page: Page, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("weight", "header"),
+    [("fingers_2_db", "2 fingers apart"), ("fingers_click_db", "a click, 2 fingers apart")],
+)
+def test_a_search_for_several_fingers_is_shown_by_several(
+    page: Page, tmp_path: Path, weight: str, header: str
+) -> None:
     """By what the SPEC weighs, that is, and not by how one finger alone would focus."""
     own = small(
-        design={"evaluations": 2, "weights": {"fingers_2_db": 1.0}},
+        design={"evaluations": 2, "weights": {weight: 1.0}},
         magnet={"radius_mm": 3.0, "height_mm": 4.0, "remanence_t": 1.28},
         winding={"turns": 300, "wire_mm": 0.1, "inner_mm": 3.0, "outer_mm": 8.0}
         | {"height_mm": 1.5, "gap_mm": 1.0},
         image={"points": [25, 65]},
     )
     search(page, tmp_path / "two.toml", own)
-    page.get_by_role("columnheader", name="2 fingers apart").wait_for()
+    page.get_by_role("columnheader", name=header, exact=True).wait_for()
     wanted = design(spec_of(own), samples=SAMPLES).best.summary
     cells = page.locator('[data-part="found"] tbody tr').first.get_by_role("cell")
     told = cells.all_inner_texts()
-    assert told[1] == f"{wanted['fingers_2_db']:.1f} dB"
+    assert told[1] == f"{wanted[weight]:.1f} dB"
     assert told[2].endswith("µm")
     assert float(told[2].split()[0]) == pytest.approx(wanted["fingers_um"], rel=0.1)

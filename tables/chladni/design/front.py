@@ -78,11 +78,12 @@ def _alone(terms: Mapping[str, float]) -> dict[str, float | None]:
 def shown_goals(summaries: Sequence[Mapping[str, Any]]) -> tuple[int, str, str]:
     """By what people compare boards: for how many fingers, how far apart these are, micrometres.
 
-    The latter two as keys of the boards' summaries.
+    The latter two as keys of the boards' summaries: of clicks, if those were weighed.
     """
     for name, count in FINGER_TERMS.items():
         if summaries and all(name in one for one in summaries):
-            return count, name, "fingers_um"
+            has_clicks = all(FINGER_CLICK in one for one in summaries)
+            return count, FINGER_CLICK if has_clicks else name, "fingers_um"
     return 1, "second_finger_20mm_db", "finger_um"
 
 

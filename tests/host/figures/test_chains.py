@@ -98,3 +98,15 @@ def test_the_best_board_of_a_front_fills_its_room(is_wide: bool) -> None:
         title = axes.title.get_window_extent()
         assert room.x0 <= title.x0
         assert title.x1 <= room.x1
+
+
+def test_a_front_shows_clicks_where_they_were_weighed() -> None:
+    board = shipped_board("phone5")
+    summary = {"coils": 5, "robust_score": 1.0, "mass_g": 20.0, "area_cm2": 99.0}
+    summary |= {"fingers_um": 3.0, "fingers_click_db": 12.0}
+    rows: list[Any] = [SimpleNamespace(summary=summary | {"fingers_2_db": db}) for db in (3.0, 4.0)]
+    found: Any = SimpleNamespace(front=rows, board=board)
+    front, _ = front_figure(found).axes
+    assert front.get_ylabel() == "2 fingers apart, a click of one, dB (10th percentile)"
+    assert list(front.lines[0].get_ydata()) == [12.0, 12.0]  # type: ignore[arg-type]
+    assert "More goals: tones of 2 fingers apart" in front.get_title()

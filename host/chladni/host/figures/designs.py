@@ -8,12 +8,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from chladni.design.front import Design, shown_goals
+from chladni.design.weights import FINGER_CLICK, FINGER_TERMS
 from chladni.host.figures.fields import COLOURS, INK, draw_board, explain_marks
 from chladni.host.figures.outlines import outline_of
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 
 UNSEEN_GOALS = {
+    **{name: f"tones of {count} fingers apart" for name, count in FINGER_TERMS.items()},
     "second_finger_20mm_db": "dB 20 mm from a finger alone",
     "finger_um": "µm under a finger alone",
     "area_cm2": "area",
@@ -78,8 +80,9 @@ def _draw_front(left: Axes, found: Design) -> None:
     left.set_xlabel(
         "under the finger, µm (10th percentile, within tolerances)" if has_um else "mass, g"
     )
+    whose = ", a click of one" if up == FINGER_CLICK else ""
     left.set_ylabel(
-        f"{fingers} fingers apart, dB (10th percentile)"
+        f"{fingers} fingers apart{whose}, dB (10th percentile)"
         if several
         else "second finger 20 mm away, dB below"
     )
@@ -96,7 +99,7 @@ def _unseen_goals(rows: list[dict[str, Any]], shown: set[str]) -> str:
     return ", ".join(
         told
         for name, told in UNSEEN_GOALS.items()
-        if name not in shown and len({row[name] for row in rows}) > 1
+        if name not in shown and len({row.get(name) for row in rows}) > 1
     )
 
 

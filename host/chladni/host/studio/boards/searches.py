@@ -15,6 +15,7 @@ from chladni.design.evaluate import completed_board
 from chladni.design.front import Entry, front_of, shown_goals
 from chladni.design.search import design
 from chladni.design.spec import Spec
+from chladni.design.weights import FINGER_CLICK
 from chladni.host.studio.boards.prepared import BoardChoice, page_objective
 from chladni.host.studio.messages.sender import Sender
 from chladni.sim.errors import ChladniError, InputError, StoppedError
@@ -202,6 +203,7 @@ def _message(search: Search) -> dict[str, Any]:
         "done": search.done,
         "all": search.all,
         "fingers": fingers,
+        "clicks": apart == FINGER_CLICK,
         "columns": list(keys),
         "boards": rows,
         "front": list(search.front),

@@ -43,7 +43,7 @@ export class Design {
     this.view.source.send({ type: "design", name, text });
   }
 
-  shown({ name, state, done, all, fingers, boards, front }) {
+  shown({ name, state, done, all, fingers, clicks, boards, front }) {
     const { parts } = this.view;
     parts.stop.disabled = state !== RUNNING;
     const none = boards.length === 0 ? ", none of them within the limits" : "";
@@ -51,12 +51,13 @@ export class Design {
     if (state === RUNNING) this.say(done > 0 ? `${name}: ${count}.` : `${name}: comparing layouts.`);
     else if (state === "done" || state === "stopped") this.say(`${name}: ${state}; ${count}.`);
     else this.say(state);
-    this.draw(fingers, boards, front);
-    this.list(fingers, boards, front);
+    const apart = clicks ? `a click, ${fingers} fingers apart` : `${fingers} fingers apart`;
+    this.draw(fingers, apart, boards, front);
+    this.list(fingers, apart, boards, front);
   }
 
   // How far apart fingers are against micrometres, or against coils on a board without [coil].
-  draw(fingers, boards, front) {
+  draw(fingers, apart, boards, front) {
     const { parts } = this.view, svg = parts.front;
     svg.toggleAttribute("hidden", boards.length === 0);
     if (boards.length === 0) return;
@@ -77,7 +78,7 @@ export class Design {
     svg.replaceChildren(
       element("path", { class: "axes", d: `M${LEFT} ${TOP}V${BOTTOM}H${RIGHT}` }), ...texts,
       label((LEFT + RIGHT) / 2, BOTTOM + 30, "middle", hasUm ? `under ${fingers > 1 ? "each" : "the"} finger, µm` : "coils"),
-      label(LEFT + 6, TOP, "start", fingers > 1 ? `${fingers} fingers apart, dB` : "second finger 20 mm away, dB less"),
+      label(LEFT + 6, TOP, "start", fingers > 1 ? `${apart}, dB` : "second finger 20 mm away, dB less"),
       ...dots,
     );
     const best = Math.max(...boards.map(([, db]) => db)).toFixed(1);
@@ -85,9 +86,9 @@ export class Design {
     svg.setAttribute("aria-label", `${boards.length} boards found; ${most}`);
   }
 
-  list(fingers, boards, front) {
+  list(fingers, apart, boards, front) {
     const { source, parts } = this.view;
-    parts.foundApart.textContent = fingers > 1 ? `${fingers} fingers apart` : "second finger, 20 mm away";
+    parts.foundApart.textContent = fingers > 1 ? apart : "second finger, 20 mm away";
     parts.foundUm.textContent = fingers > 1 ? "under each finger" : "under the finger";
     parts.found.tBodies[0].replaceChildren(...front.map((index) => {
       const [um, db, coils, score] = boards[index];
