@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
 import subprocess
@@ -15,7 +16,7 @@ import pytest
 from ezdxf.document import Drawing as Document
 from ezdxf.units import MM as UNIT_MM
 
-from chladni.host.manufacture.drawing import LAYERS, Circle, Text, board_drawing
+from chladni.host.manufacture.drawing import LAYERS, Circle, Line, Text, board_drawing
 from chladni.host.manufacture.drawing_files import save_drawing, svg_text
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -200,8 +201,24 @@ def test_numbers_of_rows_that_lie_close_are_legible() -> None:
     rows = [one for one in drawing.shapes if isinstance(one, Text) and one.layer == "dimensions"]
     low, close, third, *_ = [one for one in rows if one.at[0] > 25.0]
     assert (low.text, close.text, third.text) == ("-17.76", "-16.5", "-5.5")
-    assert close.at[0] >= low.at[0] + 9.0
-    assert third.at[0] == low.at[0]
+    assert low.at[0] == close.at[0] == third.at[0]
+    assert close.at[1] - low.at[1] == pytest.approx(3.6)
+    # Both gave way by as much, and a line leads from the row to each; the third stays.
+    assert low.at[1] + close.at[1] == pytest.approx(-17.75888 - 16.5 - 2.0 * 0.8)
+    assert third.at[1] == pytest.approx(-5.5 - 0.8)
+    ends = [own.end for own in drawing.shapes if isinstance(own, Line)]
+    assert pytest.approx((low.at[0] - 0.6, low.at[1] + 0.8)) in ends
+
+
+def test_numbers_of_columns_that_lie_close_are_legible() -> None:
+    """A pad of nine coils with columns 1 mm apart, as a search finds them."""
+    board = load_board("quiet16")
+    drawing = board_drawing(board)
+    texts = [one for one in drawing.shapes if isinstance(one, Text) and one.layer == "dimensions"]
+    above = sorted((one.at for one in texts if one.at[1] > 25.0), key=lambda at: (at[1], at[0]))
+    assert len(above) == 8
+    for (x, y), (right, level) in itertools.pairwise(above):
+        assert level > y + 2.0 or right - x > 5 * 1.7
 
 
 @pytest.mark.parametrize("ending", ["svg", "dxf"])

@@ -6,6 +6,7 @@ Shapes only; `drawing_files` writes them. Places are measured from the plate's c
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from chladni.host.manufacture.board_parts import ground_holes_mm
@@ -21,9 +22,7 @@ MARGIN_MM, ROW_MM = 6.0, 3.6
 DIMENSION_MM = 8.0
 """From the plate's edge to its overall dimensions."""
 ORDINATE_MM = 5.0
-BESIDE_MM = 9.0
-CLOSE_MM = 3.5
-"""A row's number is so far out if the row before it is so close; they may be a millimetre apart."""
+"""From the plate's edge to numbers of columns and rows, which a slant line leads to."""
 CLEARANCE = 0.25e-3
 """m, round a magnet in its hole of the foam: a punch and a glued magnet are each as far off."""
 LETTER_MM = 1.7
@@ -223,19 +222,36 @@ def _dimensions(board: Board) -> list[Shape]:
         shapes.append(Line(layer, (sign * x, -y - 1.0), (sign * x, below - 1.0)))
         shapes.append(Line(layer, (-x - 1.0, sign * y), (beside - 1.0, sign * y)))
     places = [_place(own.at) for own in board.actuators]
-    end = y + ORDINATE_MM
-    for k, column in enumerate(sorted({place[0] for place in places})):
-        raised = end + 3.0 * (k % 2)
-        shapes.append(Line(layer, (column, y + 1.0), (column, raised)))
-        shapes.append(Text(layer, (column, raised + 0.6), _told(column), centred=True))
-    end = x + ORDINATE_MM
-    rows, far = sorted({place[1] for place in places}), end
-    for before, row in zip([-math.inf, *rows], rows, strict=False):
-        is_hidden = row - before < CLOSE_MM and far == end
-        far = end + BESIDE_MM if is_hidden else end
-        shapes.append(Line(layer, (x + 1.0, row), (far, row)))
-        shapes.append(Text(layer, (far + 0.6, row - 0.8), _told(row)))
+    columns, rows = (sorted({place[axis] for place in places}) for axis in (0, 1))
+    wide = LETTER_MM * max((len(_told(own)) for own in columns), default=0)
+    # Numbers of columns stand by turns in two lines.
+    spread = _apart_by(columns, wide / 2.0 + 1.0)
+    for k, (column, at) in enumerate(zip(columns, spread, strict=True)):
+        end = y + ORDINATE_MM + 3.0 * (k % 2)
+        shapes.append(Line(layer, (column, y + 1.0), (at, end)))
+        shapes.append(Text(layer, (at, end + 0.6), _told(column), centred=True))
+    for row, at in zip(rows, _apart_by(rows, ROW_MM), strict=True):
+        shapes.append(Line(layer, (x + 1.0, row), (x + ORDINATE_MM, at)))
+        shapes.append(Text(layer, (x + ORDINATE_MM + 0.6, at - 0.8), _told(row)))
     return shapes
+
+
+def _apart_by(places: Sequence[float], least: float) -> list[float]:
+    """Places in their order, moved as little as keeps them so far apart, those together by half."""
+    groups: list[list[float]] = []
+    for place in places:
+        groups.append([place])
+        while len(groups) > 1 and _middle(groups[-1]) - _middle(groups[-2]) < least / 2.0 * (
+            len(groups[-1]) + len(groups[-2])
+        ):
+            groups[-2:] = [groups[-2] + groups[-1]]
+    return [
+        _middle(own) + least * (k - (len(own) - 1) / 2.0) for own in groups for k in range(len(own))
+    ]
+
+
+def _middle(places: Sequence[float]) -> float:
+    return sum(places) / len(places)
 
 
 def _told(along_mm: float) -> str:
