@@ -192,22 +192,24 @@ class FingerPlate:
         """`moved` of each disc from the first on."""
         pad = round(PAD_S * RATE_HZ)
         begin, end = forces[:1], forces[-1:]
-        padded = np.concatenate((np.repeat(begin, pad, 0), forces, np.repeat(end, pad, 0)))
-        spectrum = np.fft.rfft(padded - begin, axis=0)
-        frequencies = np.fft.rfftfreq(len(padded), 1.0 / RATE_HZ)
+        # Of some lengths a transform takes many times as long as of others.
+        count = int(scipy.fft.next_fast_len(len(forces) + 2 * pad, real=True))
+        after = np.repeat(end, count - len(forces) - pad, 0)
+        padded = np.concatenate((np.repeat(begin, pad, 0), forces, after))
+        spectrum = scipy.fft.rfft(padded - begin, axis=0)
+        frequencies = np.fft.rfftfreq(count, 1.0 / RATE_HZ)
         is_known = frequencies <= self.hz[-1]
         hz = np.maximum(frequencies[is_known], self.hz[0])
         known = spectrum[is_known]
         back = np.einsum("fja,fa->fj", self._pushed(hz), known)
+        # A spline is linear in its values: of all discs' points it is one matrix.
+        between = scipy.interpolate.CubicSpline(self.hz, np.eye(len(self.hz)))(hz)
         for free, pushes in zip(self.free[first:], self.pushes[first:], strict=True):
             answer = np.zeros((free.shape[1], len(frequencies)), dtype=np.complex128)
-            for coil in range(forces.shape[1]):
-                own = scipy.interpolate.CubicSpline(self.hz, free[:, :, coil])(hz)
-                answer[:, is_known] += own.T * known[:, coil]
-            for other in range(back.shape[1]):
-                own = scipy.interpolate.CubicSpline(self.hz, pushes[:, :, other])(hz)
-                answer[:, is_known] -= own.T * back[:, other]
-            yield np.asarray(np.fft.irfft(answer, len(padded), axis=1)[:, pad:-pad])
+            for values, driven in ((free, known), (pushes, -back)):
+                own = np.tensordot(between, values, axes=1)
+                answer[:, is_known] += np.einsum("fpa,fa->pf", own, driven)
+            yield np.asarray(scipy.fft.irfft(answer, count, axis=1)[:, pad : pad + len(forces)])
 
     def felt_um(self, forces: FloatArray, finger: int) -> FloatArray:
         """As `moved`, of what moves it above 40 Hz, µm."""
