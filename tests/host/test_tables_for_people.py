@@ -14,7 +14,7 @@ from chladni.design.evaluate import Evaluation
 from chladni.design.front import Entry
 from chladni.design.spec import spec_of
 from chladni.host.cli.common.output import answer
-from chladni.host.cli.designing.answers import about_entry, median
+from chladni.host.cli.designing.answers import _unfelt, about_entry, median
 from chladni.host.cli.designing.remarks import say_next
 from chladni.sim.board.file import load_board
 from conftest import CommandLine
@@ -173,3 +173,12 @@ def test_a_device_s_rows_say_what_they_are(chladni: CommandLine) -> None:
     assert "draws 4" in " ".join(
         chladni("device", "self-test", "--emulator", "--board", "strip5").out.split()
     )
+
+
+@pytest.mark.parametrize(("um", "is_told"), [(0.3, True), (0.4, False), (None, False)])
+def test_a_design_that_no_finger_feels_says_so(um: float | None, is_told: bool) -> None:
+    """A resting one feels 0.36 µm at 160 Hz."""
+    best = SimpleNamespace(summary={} if um is None else {"fingers_um": um})
+    told = _unfelt(SimpleNamespace(best=best, board=load_board("phone5")))  # type: ignore[arg-type]
+    assert ("`[design] finger_um = 0.7` asks for more" in told) == is_told
+    assert bool(told) == is_told

@@ -86,6 +86,13 @@ def test_the_page_has_the_sums(row: str) -> None:
     assert price_list().checked.isoformat() in PAGE
 
 
+def test_plastics_are_sold_where_plastics_are() -> None:
+    text = ON_RUBBER.replace("acrylic", "polycarbonate").replace("1.0", "4.0", 1)
+    (plate, *_) = board_parts(parse_board(text, file="on-rubber.toml"))
+    assert price_list().find(plate) is None
+    assert price_list().sold_by(plate) == "plastics shops"
+
+
 def test_a_sheet_of_the_usual_thickness_has_a_price() -> None:
     template = load_board(ROOT / "boards" / "template.toml")
     (plate,) = [part for part in board_parts(template) if part.part == "plate"]

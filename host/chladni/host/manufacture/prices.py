@@ -81,7 +81,9 @@ class PriceList:
     def sold_by(self, part: Part) -> str | None:
         """Kinds of suppliers of a part, if any are known."""
         price = self.find(part)
-        return price.sold_by if price else ALSO_SOLD_BY.get(part.part)
+        is_plastic = part.part == "plate" and part.value.startswith(("acrylic", "polycarbonate"))
+        also = "plastics shops" if is_plastic else ALSO_SOLD_BY.get(part.part)
+        return price.sold_by if price else also
 
     def total(self, parts: Sequence[Part]) -> tuple[float, float]:
         """Of all parts that have a price."""

@@ -163,7 +163,8 @@ def _within_tolerances(two: CountScore) -> str:
     if two.perturbed is None:
         return ""
     kept = two.perturbed.isolation_db
-    return f", {kept.median:z.0f} / {kept.p10:z.0f} dB within tolerances"
+    click = of_click(two.perturbed.click_db)
+    return f", {kept.median:z.0f} / {kept.p10:z.0f} dB{click} within tolerances"
 
 
 def of_click(kept: Spread | None) -> str:

@@ -22,6 +22,7 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
 from chladni.sim.fields.board_plate import first_natural_hz
 from chladni.sim.files import read_whole
+from chladni.sim.image.finger import threshold_um
 
 WORTH, WORTH_OPEN = 60, 200
 """As measured in docs/design.md."""
@@ -161,6 +162,7 @@ def result(
         extent,
         "" if spec.finger_counts else median(found),
         lacking(found, spec),
+        _unfelt(found),
         waves and f"T{waves[1:]}, and {_asks(spec)}.",
     )
     return {
@@ -178,6 +180,18 @@ def result(
         ],
         "front": entries,
     }
+
+
+def _unfelt(found: Design) -> str:
+    """Where several fingers get less than a resting one feels."""
+    um = found.best.summary.get("fingers_um")
+    least = threshold_um(found.board.drive.frequency_hz)
+    if um is None or least is None or um >= least:
+        return ""
+    return (
+        f"A resting finger feels {least:.2g} µm, and so nothing at the worst tenth: `[design] "
+        f"finger_um = {2.0 * least:.1g}` asks for more."
+    )
 
 
 def _asks(spec: Spec) -> str:
