@@ -37,7 +37,8 @@ class Entry:
     @property
     def goals(self) -> tuple[float, ...]:
         """The larger the better."""
-        return tuple(self.evaluation.terms[name] for name in goals_of(self.evaluation.terms))
+        terms = self.evaluation.terms
+        return tuple(terms.get(name, NO_NUMBER_DB) for name in goals_of(terms))
 
     @property
     def summary(self) -> dict[str, Any]:

@@ -241,8 +241,8 @@ def _drawn(
 
 
 def _played(setup: Setup, drawn: Drawn, how: dict[str, Any]) -> list[list[PlayedEffect]]:
-    how, found = how | setup.solved(), []
     check_can_play(setup.table, setup.board, drawn[0][0].other_mm)
+    how, found = how | setup.solved(), []
     with progress_bar("places" if drawn[0][0].other_mm is None else "pairs") as progress:
         for presses in drawn:
             found.append([one.played(setup, how) for one in presses])

@@ -51,7 +51,7 @@ SETS = 200
 """Of each number of fingers: the worst tenth is then known to 2 dB."""
 MOST_SETS = 100_000
 CLICK_HZ = 200.0
-"""What a click keeps is what its real gains, found at the board's own frequency, keep here. On 24
+"""What a click keeps is what its real gains, found at the board's own frequency, keep here. On 22
 boards on feet and on foam medians and worst tenths are within 2 dB of clicks over time on the same
 plates where the first mode lies at 250 Hz or above. Below that they are within 4, and a tone of
 160 Hz keeps up to 17 dB more than a click (bench/several_fingers/clicks.py)."""
@@ -157,14 +157,9 @@ def score_fingers(
             raise ArgumentError("fingers", count, f"1 to {MOST_FINGERS}")
     solved = solved_board(board)
     with one_blas_thread():
-        known = responses_at(solved) if plate is None and (solve is None or clicks) else plate
-    if solve is None:
-        assert known is not None
-        solve = solver_of(board, known, regularisation)
-    of_clicks = None
-    if clicks:
-        assert known is not None
-        of_clicks = solver_of(board, known, regularisation, real=True)
+        known = responses_at(solved) if plate is None else plate
+    solve = solve or solver_of(board, known, regularisation)
+    of_clicks = solver_of(board, known, regularisation, real=True) if clicks else None
     groups = drawn_sets(board, counts, sets, apart, seed)
     steps = sum(map(len, groups)) * (3 if samples else 2)
     counter = StepCounter(progress, 2 * steps if clicks else steps)
