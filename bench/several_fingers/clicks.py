@@ -11,27 +11,22 @@ other. Beside it are the reckoned click and the tone. Prints a row a board, and 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chladni.design.evaluate import COARSE, completed_board
 from chladni.design.spec import Spec, read_spec
 from chladni.design.starts import document_at, layouts_of, point_of
-from chladni.drives.fingers import responses_at
-from chladni.drives.problem.problem import solved_board
-from chladni.drives.scoring.several_fingers.fingers_score import score_fingers, solver_of
-from chladni.effects import shipped_effects
-from chladni.effects.bank.layout import SIGNAL_HZ
-from chladni.effects.flatten import flattened
-from chladni.host.emulation.felt_over_time import RATE_HZ, FingerPlate, over_frequency, rms
+from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
 from chladni.sim.board.board import Board
 from chladni.sim.fields.board_plate import first_natural_hz
 
-FloatArray = NDArray[np.float64]
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests"))
+from played_clicks import clicks_over_time
+
 SEED, SETS = 7, 24
-RINGS_S = 0.04
 
 
 def main() -> None:
@@ -67,24 +62,6 @@ def boards_of(spec: Spec) -> Iterator[Board]:
         if rows:
             chosen = point_of(rows[int(rng.integers(len(rows)))])
             yield completed_board(document_at(spec, chosen), COARSE)
-
-
-def clicks_over_time(board: Board, sets: Sequence[FloatArray] | FloatArray) -> list[float]:
-    """What each finger's click keeps from the other, dB."""
-    solved, own_hz = over_frequency(board), board.drive.frequency_hz
-    solve = solver_of(board, responses_at(solved_board(board)), None, real=True)
-    click = shipped_effects()["click"].samples(SIGNAL_HZ)
-    times = np.arange(round((len(click) / SIGNAL_HZ + RINGS_S) * RATE_HZ)) / RATE_HZ
-    found = []
-    for places in sets:
-        plate = FingerPlate.of(solved, places, 1.0)
-        for own, drive in enumerate(solve(places).real):
-            flat = flattened(click, SIGNAL_HZ, plate.hz, plate.level(own, own_hz), own_hz)
-            wave = np.interp(times, np.arange(len(flat)) / SIGNAL_HZ, flat, right=0.0)
-            forces = np.outer(wave, drive)
-            here, there = (rms(plate.felt_um(forces, one)).max() for one in (own, 1 - own))
-            found.append(float(20.0 * np.log10(here / there)))
-    return found
 
 
 if __name__ == "__main__":

@@ -342,4 +342,5 @@ def test_a_search_with_lists_says_nothing_of_the_boards_it_left_out() -> None:
     )
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        design(spec_of(document), jobs=1, samples=1)
+        found = design(spec_of(document), jobs=1, samples=1)
+    assert found.evaluations > 1

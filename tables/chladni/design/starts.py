@@ -257,10 +257,10 @@ def _rating(spec: Spec, board: Board, coils: Sequence[Place], places: Sequence[P
     if not spec.is_for_several:
         return FocusRating.of(board, plain, places)
     tones = sum(spec.weights.get(name, 0.0) for name in FINGER_TERMS)
-    others = [spec.weights.get(name, 0.0) for name in (FINGER_LEVEL, FINGER_CLICK)]
+    level, clicks = (spec.weights.get(name, 0.0) for name in (FINGER_LEVEL, FINGER_CLICK))
     drive = replace(board.drive, frequency_hz=CLICK_HZ)
-    click = PlainPlate.of(replace(board, drive=drive), coils) if others[1] else None
-    return ApartRating.of(board, plain, (tones, others[0], others[1]), click)
+    at_clicks = PlainPlate.of(replace(board, drive=drive), coils) if clicks else None
+    return ApartRating.of(board, plain, (tones, level, clicks), at_clicks)
 
 
 def _scored(

@@ -10,7 +10,6 @@ from chladni.drives.scoring.best_drives import load_spreads, surveyed
 from chladni.drives.scoring.felt import disagreement, felt, remark, ssim_and_focal_error
 from chladni.drives.scoring.scorecard import FAR_FINGER, focuses
 from chladni.drives.scoring.spread import Spread
-from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.image import metrics
 from chladni.tables.one_frequency import OneFrequency
@@ -66,7 +65,8 @@ class Fingers(FeltSurvey):
 def survey_of(drives: OneFrequency) -> FeltSurvey:
     """Survey the drives of some regions, of those in the active area: as a board's score does."""
     centres = [drives.regions.grid.centre_mm(int(one)) for one in drives.regions.numbers]
-    felt_at = [k for k, one in enumerate(centres) if _is_active(drives.solved.board, one)]
+    board = drives.solved.board
+    felt_at = [k for k, (x, y) in enumerate(centres) if board.is_active(x * MM, y * MM)]
     chosen = [felt_at[k] for k in surveyed(len(felt_at))] if felt_at else surveyed(len(centres))
     targets = [centres[k] for k in chosen]
     problems = list(drives.solved.problems(targets, with_finger=True))
@@ -74,7 +74,7 @@ def survey_of(drives: OneFrequency) -> FeltSurvey:
         (felt(problem, drive), ssim_and_focal_error(problem, drive))
         for problem, drive in zip(problems, drives.synchronised.drives[chosen], strict=True)
     ]
-    discs = metrics.FingertipDiscs(drives.solved.board.x, drives.solved.board.y)
+    discs = metrics.FingertipDiscs(board.x, board.y)
     fields = [
         np.tensordot(drive, one.transfer, axes=1)
         for one, drive in zip(problems, drives.synchronised.drives[chosen], strict=True)
@@ -106,8 +106,3 @@ def survey_of(drives: OneFrequency) -> FeltSurvey:
         looks_better_than_it_is=len(misled),
         remark=told,
     )
-
-
-def _is_active(board: Board, place_mm: tuple[float, float]) -> bool:
-    sides = zip(place_mm, board.active_area, strict=True)
-    return all(low - 1e-9 <= along * MM <= high + 1e-9 for along, (low, high) in sides)

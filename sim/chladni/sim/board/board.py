@@ -77,6 +77,11 @@ class Board(BoardParts):
             raise InputError("panel.offset_mm", in_mm(self.panel.offset), expected)
         return x, y
 
+    def is_active(self, x: float, y: float) -> bool:
+        """Whether a place, m, lies in the active area, its border too."""
+        sides = zip((x, y), self.active_area, strict=True)
+        return all(low - 1e-9 <= along <= high + 1e-9 for along, (low, high) in sides)
+
     def wavelength(self, frequency_hz: float) -> float:
         """Bending wavelength λ = 2π (D/mω²)^(1/4) of an endless plate like this, m."""
         own, omega = self.section, 2.0 * np.pi * frequency_hz

@@ -8,7 +8,7 @@ import math
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -166,6 +166,11 @@ NO_COIL = "the board file has no [coil]: no volts, and µm only per newton of th
 ARRAYS = ("", ".npz")
 """Endings of what NumPy reads."""
 TEXT = ("", ".csv")
+
+
+def by_name(key: str, rows: Sequence[dict[str, Any]], *, as_json: bool) -> dict[str, Any]:
+    """Rows with a `name` as programs have them, all under a key, or each under its name."""
+    return {key: rows} if as_json else {one["name"]: one | {"name": None} for one in rows}
 
 
 def check_output(path: Path, option: str, endings: tuple[str, ...] = ()) -> Path:

@@ -17,7 +17,7 @@ from chladni.effects.bank.unpack import unpack_bank
 from chladni.effects.effect import Effect
 from chladni.host.cli.common.finger_remarks import say_waves
 from chladni.host.cli.common.options import required
-from chladni.host.cli.common.output import Place, answer, progress_bar, say
+from chladni.host.cli.common.output import Place, answer, by_name, progress_bar, say
 from chladni.host.cli.device.connection import Connection
 from chladni.host.cli.effects.presses import Press, bank_for, of_bank, of_effects
 from chladni.host.cli.effects.remarks import say_bias, say_short_places
@@ -162,7 +162,7 @@ def _of_two(drawn: Drawn, found: Found, effects: Sequence[str], *, as_json: bool
         rows.append({"name": "AB"[own], "effect": effects[own]} | spreads)
     result: dict[str, Any] = {"verdict": f"{'; '.join(sentences)}."}
     result |= _worst(drawn, levels.min(axis=1).tolist(), as_json=as_json)
-    return result | _named("fingers", rows, as_json=as_json)
+    return result | by_name("fingers", rows, as_json=as_json)
 
 
 def _by_area(drawn: Drawn, found: Found, levels: FloatArray, *, as_json: bool) -> dict[str, Any]:
@@ -177,12 +177,7 @@ def _by_area(drawn: Drawn, found: Found, levels: FloatArray, *, as_json: bool) -
         {"name": name, "presses": len(own["peak_um"])} | _spreads(own, as_json=as_json)
         for name, own in sorted(rows.items())
     ]
-    return _named("areas", areas, as_json=as_json)
-
-
-def _named(key: str, rows: Sequence[dict[str, Any]], *, as_json: bool) -> dict[str, Any]:
-    """Rows as programs have them, or each under its name."""
-    return {key: rows} if as_json else {one["name"]: one | {"name": None} for one in rows}
+    return by_name("areas", areas, as_json=as_json)
 
 
 def _worst(drawn: Drawn, levels: Sequence[float], *, as_json: bool) -> dict[str, Any]:

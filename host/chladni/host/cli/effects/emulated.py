@@ -12,7 +12,7 @@ import numpy as np
 from chladni.effects.bank.unpack import unpack_bank
 from chladni.effects.files import ReadEffect
 from chladni.host.cli.common.finger_remarks import say_waves
-from chladni.host.cli.common.output import Place, answer, write_figure
+from chladni.host.cli.common.output import Place, answer, by_name, write_figure
 from chladni.host.cli.device.connection import Connection
 from chladni.host.cli.effects.presses import Press, bank_for, of_bank, of_effects
 from chladni.host.cli.effects.remarks import (
@@ -136,7 +136,7 @@ def _tell_two(
     ]
     told = of_two_effects([one.effect.name for one in presses], found)
     result: dict[str, Any] = {"verdict": told} | setup.rows(as_json=as_json)
-    result |= {"fingers": rows} if as_json else {one["name"]: one | {"name": None} for one in rows}
+    result |= by_name("fingers", rows, as_json=as_json)
     answer(result, as_json=as_json, title=setup.played_on)
 
 

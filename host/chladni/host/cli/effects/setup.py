@@ -101,7 +101,6 @@ def setup_of(connection: Connection, places: Sequence[Place], hidden: str | None
 
 def _say_inactive(board: Board, place: Place, option: str) -> None:
     """Remark on a place where no score expects a finger."""
-    sides = [(low / MM, high / MM) for low, high in board.active_area]
-    if any(not low <= at <= high for at, (low, high) in zip(place, sides, strict=True)):
-        x, y = ("{:g} to {:g}".format(*side) for side in sides)
+    if not board.is_active(place[0] * MM, place[1] * MM):
+        x, y = (f"{low / MM:g} to {high / MM:g}" for low, high in board.active_area)
         say(f"{option} lies beyond the active area, x {x} and y {y} mm, in which boards are scored")
