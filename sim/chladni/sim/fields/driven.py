@@ -127,7 +127,7 @@ def answered(
     braked = 0.0 if are_open else _per_velocity(board, bare.frequency_hz)
     resists = braked * np.eye(count)
     if coupling is not None and couples is not None:
-        turned = np.einsum("mca,ma...->c...", coupling.couples, couples)
+        turned = np.tensordot(coupling.couples, couples, axes=((0, 2), (0, 1)))
         pulls = coupling.forces.astype(np.complex128)
         resists = resists + coupling.stiffness
     answers = np.linalg.inv(np.eye(count) + resists @ motion)
