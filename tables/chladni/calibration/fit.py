@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 import scipy
@@ -32,8 +33,8 @@ MOST_STEPS = 30
 HELD_BY = ("foam", "screws", "feet")
 STARTS = (-1.5, -0.75, 0.0, 0.75, 1.5)
 """Standard deviations of what holds the board, from which a search may begin."""
-LOOSE = -24.0
-"""Deviations of a foot that does not touch, 0.4 % of it; of a tenth it is found without."""
+LOOSE = (-10.0, -24.0)
+"""Deviations of a foot that hardly touches or does not, 10 and 0.4 % of it."""
 ENOUGH = 0.03
 """Share of what is left that a step must still take away."""
 DIFFERENCE = 0.05
@@ -120,11 +121,17 @@ def fit_board(board: Board, readings: CoilReadings, progress: Report | None = No
 
 def check_this_board(unknowns: Unknowns, values: FloatArray, left: float) -> None:
     """Raise `InputError` for readings of no board, or of one that is far from what was drawn."""
-    name = unknowns.board.name
-    hint = "is it this board, and nothing on it? Measure again"
-    expected = f"those of {name}, as it may come out"
+    what = farthest_off(unknowns, values, left)
+    if what is not None:
+        hint = "is it this board, and nothing on it? Measure again"
+        expected = f"those of {unknowns.board.name}, as it may come out"
+        raise InputError("readings", what, expected, hint=hint)
+
+
+def farthest_off(unknowns: Unknowns, values: FloatArray, left: float) -> str | None:
+    """What tells, in words, that no board with such values may come out; None of one that may."""
     if left > UNLIKE:
-        raise InputError("readings", f"{left:.1f} times the noise off", expected, hint=hint)
+        return f"{left:.1f} times the noise off"
     off = np.abs(values - unknowns.mean) / unknowns.spread
     most = np.full(off.size, FAR_OFF)
     if left < 1.0:
@@ -132,9 +139,9 @@ def check_this_board(unknowns: Unknowns, values: FloatArray, left: float) -> Non
     # A coil of half its force is to be looked at, and its file takes as much.
     most[unknowns.forces] = np.log(10.0 ** (MOST_TRIM_DB / 20.0)) / unknowns.spread[unknowns.forces]
     worst = int(np.argmax(off / most))
-    if off[worst] > most[worst]:
-        what = f"{unknowns.names[worst]} {off[worst]:.0f} deviations off"
-        raise InputError("readings", what, expected, hint=hint)
+    if off[worst] <= most[worst]:
+        return None
+    return f"{unknowns.names[worst]} {off[worst]:.0f} deviations off"
 
 
 class _Search:
@@ -151,28 +158,30 @@ class _Search:
     def find(self) -> tuple[FloatArray, float]:
         """The most likely values, and what they leave.
 
-        Where no board reads like this, one foot after the other is let go of: from feet that all
-        touch no small step leads to one that does not, and its neighbours seem to be reversed.
+        Where no board that may come out reads like this, one foot after the other is let go of:
+        from feet that all touch no small step leads to one that does not, and its neighbours seem
+        to be reversed, or coils to lie elsewhere.
         """
         found = self.solve(self.start())
-        left, feet = self.left(found), self._unknowns.foot_values
-        for foot in range(feet.start, feet.stop):
-            if left <= UNLIKE:
+        left, cost, feet = self.left(found), self._cost(found), self._unknowns.foot_values
+        for foot, off in product(range(feet.start, feet.stop), LOOSE):
+            told = farthest_off(self._unknowns, found, left)
+            if told is None or told.startswith("foot"):
                 break
             wiring = self.wiring
-            loose = self.solve(self.start(foot))
-            if (remains := self.left(loose)) < left:
-                found, left = loose, remains
+            loose = self.solve(self.start({foot: off}))
+            if (costs := self._cost(loose)) < cost:
+                found, left, cost = loose, self.left(loose), costs
             else:
                 self.wiring = wiring
                 self._motion = self._of_motion()
         return found, left
 
-    def start(self, loose: int | None = None) -> FloatArray:
+    def start(self, loose: Mapping[int, float] | None = None) -> FloatArray:
         """Values to begin with, and how coils are wired: by the foam under which both fit best.
 
         On foam twice as stiff a neighbour may move the other way: signs are told with it or not at
-        all. `loose` is the value of a foot that hardly touches.
+        all. `loose`: a foot's value that is far off, and by how many deviations.
         """
         unknowns, best = self._unknowns, -np.inf
         omega = 2.0 * np.pi * self._readings.frequencies_hz[:, None, None]
@@ -181,8 +190,8 @@ class _Search:
         scales = [name for name in HELD_BY if name in unknowns.scales]
         for off in STARTS if scales else (0.0,):
             trial = np.zeros(unknowns.mean.size)
-            if loose is not None:
-                trial[loose] = LOOSE
+            for value, deviations in (loose or {}).items():
+                trial[value] = deviations
             trial[[unknowns.scales.index(name) for name in scales]] = off
             expected = self.expected(self._values(trial)) + flux
             wiring = find_wiring(unknowns.board, self._readings, expected)
@@ -221,6 +230,10 @@ class _Search:
         own = self._residuals(values)[: -values.size]
         is_read = np.tile(self._is_read().ravel(), 2 * len(self._readings.frequencies_hz))
         return float(np.sqrt(np.mean(own[is_read] ** 2)))
+
+    def _cost(self, values: FloatArray) -> float:
+        """What `solve` makes least: of the readings, and of values that are off."""
+        return float(np.sum(self._residuals(values) ** 2))
 
     def covariance(self, values: FloatArray) -> FloatArray:
         """Of the values, as far as they are told, (unknowns, unknowns)."""

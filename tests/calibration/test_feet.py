@@ -1,0 +1,61 @@
+"""Calibration of boards on feet: each is found, and one that does not carry is named."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from calibration.reading_arithmetic import read_hidden
+from calibration.small_board import small_board
+from chladni.calibration import fit_board, hidden_plate
+from chladni.sim.board.board import Board
+from chladni.sim.board.parts import Spring
+from chladni.sim.errors import InputError
+
+
+@pytest.fixture(scope="module")
+def board() -> Board:
+    return small_board()
+
+
+def on_feet(board: Board) -> Board:
+    """Without foam four feet are all that holds it."""
+    feet = tuple(
+        Spring((x, y), 8e3, loss_factor=0.1) for x in (-26e-3, 26e-3) for y in (-28e-3, 28e-3)
+    )
+    return dataclasses.replace(board, foundation=None, springs=feet)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_feet_that_carry_a_board_are_found(board: Board, seed: int) -> None:
+    """Each of them, up to a quarter off; coils are loud near a resonance."""
+    drawn = on_feet(board)
+    hidden = hidden_plate(drawn, seed)
+    each = np.array([own.stiffness for own in hidden.board.springs]) / 8e3
+    true = hidden.ratios(drawn)["feet"]
+    assert np.log(true) == pytest.approx(np.log(each).mean())
+    assert not 0.9 < true < 1.1
+    assert each.max() / each.min() > 1.1
+    found = fit_board(drawn, read_hidden(hidden))
+    assert found.wiring.signs.tolist() == np.sign(hidden.strengths).tolist()
+    own = next(one for one in found.parameters if one.name == "feet")
+    assert own.told
+    assert own.low < true < own.high
+    # Coils of a room that is 10 K off play 4 % more or less: feet are found by that much softer.
+    assert own.value == pytest.approx(true, rel=0.07)
+    told = np.array([one.stiffness for one in found.board.springs]) / 8e3
+    assert told / own.value == pytest.approx(each / true, rel=0.1)
+
+
+@pytest.mark.parametrize("share", [0.001, 0.07])
+def test_a_foot_that_hardly_touches_or_does_not_is_named(board: Board, share: float) -> None:
+    """No step leads to 0.1 %; of 7 % a coil seems to lie elsewhere."""
+    drawn = on_feet(board)
+    hidden = hidden_plate(drawn, 1)
+    first, *others = hidden.board.springs
+    loose = (dataclasses.replace(first, stiffness=share * first.stiffness), *others)
+    plate = dataclasses.replace(hidden, board=dataclasses.replace(hidden.board, springs=loose))
+    with pytest.raises(InputError, match=r"foot at -26, -28 mm .* deviations off"):
+        fit_board(drawn, read_hidden(plate))
