@@ -226,14 +226,15 @@ def test_a_misspelt_key_suggests_the_right_one() -> None:
         board_from_document(set_key("plate.thicknes_mm", 1.0))
 
 
-@pytest.mark.parametrize("size", [[7.15, 14.67], [30.0, 60.0]])
-def test_coils_off_the_plate_are_named_or_centimetres_asked_for(size: list[float]) -> None:
+@pytest.mark.parametrize("size", [[7.15, 14.67], [30.0, 60.0], [146.7, 71.5]])
+def test_coils_off_the_plate_are_named_or_their_size_asked_for(size: list[float]) -> None:
     with pytest.raises(InputError) as caught:
         board_from_document(set_key("plate.size_mm", size))
     faults = caught.value.errors if isinstance(caught.value, FaultsError) else [caught.value]
     named = [own.field for own in faults if own.field.startswith("actuators")]
     is_asked = str(caught.value).endswith(f"got {size}; centimetres? these are millimetres")
     assert (is_asked, len(named) >= 4) == ((True, False) if size[0] < 10 else (False, True))
+    assert ("are the sides of plate.size_mm swapped?" in str(caught.value)) == (size[0] > 100.0)
 
 
 @pytest.mark.parametrize(

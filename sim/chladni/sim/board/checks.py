@@ -97,6 +97,8 @@ def _check_unit(board: BoardParts) -> None:
     """
     if 2 * sum(board.contains(*own.at) for own in board.actuators) >= len(board.actuators):
         return
+    if _lie_on_the_turned_plate(board):
+        return
     shares = np.abs([own.at for own in board.actuators]) / (5.0 * np.array(board.plate.size))
     if FILLED <= np.max(shares) <= 1.0:
         size = [side / MM for side in board.plate.size]
@@ -132,10 +134,17 @@ def _check_focus(board: BoardParts) -> None:
         raise InputError("active.margin_mm", active.margin / MM, expected)
 
 
+def _lie_on_the_turned_plate(board: BoardParts) -> bool:
+    half = np.array(board.plate.size[::-1]) / 2.0
+    return bool(np.all(np.abs([own.at for own in board.actuators]) < half))
+
+
 def _check_places(board: BoardParts) -> None:
     half = np.array(board.plate.size) / 2.0
     off = [k for k, own in enumerate(board.actuators) if not board.contains(*own.at)]
     hint = "are plate.size_mm millimetres?" if len(off) > 1 else ""
+    if len(off) > 1 and _lie_on_the_turned_plate(board):
+        hint = "are the sides of plate.size_mm swapped? x comes first"
     faults = Faults()
     for index in off:
         with faults.kept():
