@@ -87,6 +87,11 @@ def test_a_line_of_the_panel_that_is_not_wired_is_left_out(
     assert "INT" not in texts
     assert not any("255" in text for text in texts)
     assert any("polled" in text for text in texts)
+    open_texts = drawn_texts(replace(prototype, panel=replace(reset_only, reset_pin=255)), tmp_path)
+    assert [any("RST up to 3.3 V" in one for one in own) for own in (texts, open_texts)] == [
+        False,
+        True,
+    ]
 
 
 def test_without_a_panel_there_is_no_bus(prototype: Board, tmp_path: Path) -> None:

@@ -306,6 +306,9 @@ def _notes(board: Board) -> list[str]:
         notes.insert(0, first)
     if board.panel is None:
         notes.append("The board file has no [panel]: touches come over the link.")
-    elif board.panel.interrupt_pin == NOT_WIRED:
+        return notes
+    if board.panel.interrupt_pin == NOT_WIRED:
         notes.append("The panel's interrupt line is not wired: the panel is polled.")
+    if board.panel.reset_pin == NOT_WIRED:
+        notes.append("Pull the panel's RST up to 3.3 V with 10 kΩ: no pin drives it.")
     return notes
