@@ -51,6 +51,9 @@ OF_TABLE = (
     "what the device reckons from its table; `chladni play` and `chladni fingers` solve the plate, "
     "and most often find fewer"
 )
+KNOWN_DB = 30.0
+"""Beyond it a table's places and a board that is not its file decide: two fingers for which a
+table of `strip5` reckons 50 to 72 dB have 28 to 56 by the emulated pins."""
 OF_REAL_GAINS = "with real gains, as effects of the bank in flash need them: "
 """Fewer than with a table alone, whose tones have phases too."""
 
@@ -68,9 +71,14 @@ def finger_rows(fingers: list[dict[str, Any]], *, has_bank: bool) -> dict[str, s
         if level is not None:
             text += f", {-level:.0f} dB below the loudest"
         if apart is not None:
-            than = "less" if apart >= 0.0 else "more"
-            text += f", the others have {abs(apart):.0f} dB {than} of it by the table"
+            text += f", the others have {_reckoned(apart)} of it by the table"
         rows[f"finger {one['finger']}"] = text
     if any(one["isolation_db"] is not None for one in fingers):
         rows["these dB"] = has_bank * OF_REAL_GAINS + OF_TABLE
     return rows
+
+
+def _reckoned(apart: float) -> str:
+    if apart > KNOWN_DB:
+        return f"over {KNOWN_DB:.0f} dB less"
+    return f"{abs(apart):.0f} dB {'less' if apart >= 0.0 else 'more'}"
