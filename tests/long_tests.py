@@ -31,6 +31,7 @@ LONG = (
     "chain/test_felt.py::test_tables_comparisons_and_touches_speak_of_them_too",
     "chain/test_over_frequency.py",
     "chain/test_unknown_finger.py::test_a_bias_that_comes_up_with_the_touch_is_told_of",
+    "chain/test_unknown_finger.py::test_a_click_beside_one_finger_is_reckoned_within_3_db_of_the_pins",
     "chain/test_unknown_finger.py::test_a_board_for_several_knows_all_fingers",
     "chain/test_unknown_finger.py::test_places_have_what_each_of_them_has_alone",
     "chain/test_played_effect.py::test_a_click_reaches_its_finger_in_time_and_leaves_the_other_still",

@@ -15,15 +15,18 @@ from chladni.drives.scoring.several_fingers.finger_sets import (
     finger_sets,
     pressed_fields,
 )
-from chladni.effects import Curve, Effect, Tone
+from chladni.drives.scoring.survey import Lattice, score_drives
+from chladni.effects import Curve, Effect, Tone, shipped_effects
 from chladni.host.emulation import felt_over_time
 from chladni.host.emulation.felt_over_time import RATE_HZ, FingerPlate, over_frequency, rms
 from chladni.host.emulation.played_effect import check_can_play, play_effect
+from chladni.host.emulation.table_score import played_drives
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
 from chladni.sim.image.finger import pressing_stiffness
+from chladni.tables.build import build_table
 from chladni.tables.format import pack, read_table
 from chladni.tables.several_fingers.build import responses_table
 from conftest import CommandLine
@@ -104,6 +107,28 @@ def test_the_loudest_other_finger_is_found_wherever_it_lies(
     monkeypatch.setattr(felt_over_time, "FAR_FINGER", 60e-3)
     alone = play_effect(table, board, tone, HERE, unknown=True, solved=solved)
     assert alone.second_finger_20mm_um is None
+
+
+def test_a_click_beside_one_finger_is_reckoned_within_3_db_of_the_pins(
+    board: Board, solved: list[SolvedBoard]
+) -> None:
+    """A score reckons it from one frequency, at rest; the pins play it under 1 N."""
+    table = build_table(board, objective="focus", jobs=1)[0]
+    lattice = Lattice(np.array([0.0]), np.array([-20.0, -4.0, 10.0]) * MM, (1.0, 1.0))
+    drives = played_drives(table, board, lattice.places)
+    score = score_drives(
+        solved_board(board), lattice, drives, samples=0, seed=SEED, clicks=True
+    ).click_20mm_db
+    click = shipped_effects()["click"]
+    played = [
+        play_effect(table, board, click, (x / MM, y / MM), unknown=True, solved=solved)
+        for x, y in lattice.places
+    ]
+    levels = [own.second_finger_20mm_db for own in played if own.second_finger_20mm_db is not None]
+    assert score is not None
+    assert len(levels) == 3
+    assert score.median == pytest.approx(np.median(levels), abs=3.0)
+    assert np.median(levels) > 8.0
 
 
 def test_places_have_what_each_of_them_has_alone(chladni: CommandLine, path: Path) -> None:

@@ -13,9 +13,12 @@ import pytest
 from chladni.design.evaluate import Evaluation
 from chladni.design.front import Entry
 from chladni.design.spec import spec_of
+from chladni.drives.scoring.spread import Spread
 from chladni.host.cli.common.output import answer
+from chladni.host.cli.common.verdicts import of_places
 from chladni.host.cli.designing.answers import _unfelt, about_entry, median
 from chladni.host.cli.designing.remarks import say_next
+from chladni.host.device.checks.info_rows import finger_rows
 from chladni.sim.board.file import load_board
 from conftest import CommandLine
 from made_specs import small
@@ -141,7 +144,7 @@ def test_a_design_for_several_fingers_says_how_clicks_are_told(
     say_next(found, spec_of(small()), Path("own.toml"))
     said = " ".join(capsys.readouterr().err.split())
     click = "`chladni play click --places 20 --emulator --board own.toml --table T.chl` tells what"
-    assert f"These are tones, and no finger presses: {click} clicks leave 20 mm away" in said
+    assert f"No finger presses here, and a click is reckoned: {click} clicks leave 20 mm" in said
     assert "the bias of switches adds to that, by some 6 dB less with ramp_ms = 25" in said
     soft = load_board("pad16")
     soft = replace(soft, electronics=replace(soft.electronics, ramp_ms=25.0))
@@ -154,8 +157,37 @@ def test_a_design_for_several_fingers_says_how_clicks_are_told(
 
 def test_a_design_s_median_has_no_minus_zero() -> None:
     kept = SimpleNamespace(second_finger_20mm_db=SimpleNamespace(median=-0.3), finger_um=None)
-    found: Any = SimpleNamespace(full=SimpleNamespace(perturbed=kept))
+    found: Any = SimpleNamespace(full=SimpleNamespace(perturbed=kept, click_20mm_db=None))
     assert median(found) == "The median for one finger is 0 dB 20 mm away."
+    found.full.click_20mm_db = SimpleNamespace(median=14.2, p10=-0.2)
+    assert median(found).endswith("away; of a click it is 14, the worst tenth 0, as drawn.")
+
+
+def test_a_verdict_tells_of_a_click_beside_what_a_tone_leaves() -> None:
+    click = Spread(8.4, 6.1, 12.0)
+    for tone, words in (
+        (Spread(9.0, 7.0, 12.0), "at least 7.0 dB less at nine of ten places (of a click 6.1);"),
+        (Spread(9.0, 1.0, 12.0), "and 1.0 dB less at the worst tenth (of a click 8.4 and 6.1);"),
+        (Spread(1.0, 0.0, 12.0), "gets 1.0 dB less at the median;"),
+    ):
+        score: Any = SimpleNamespace(second_finger_20mm_db=tone, finger_um=None)
+        score.second_finger_16mm_db = score.second_finger_db = tone
+        assert words in of_places(score, frequency_hz=160.0, click=click)
+
+
+@pytest.mark.parametrize(
+    ("apart", "words"),
+    [
+        (72.2, "over 30 dB less"),
+        (30.4, "over 30 dB less"),
+        (29.6, "30 dB less"),
+        (-3.0, "3 dB more"),
+    ],
+)
+def test_a_device_promises_no_more_than_its_table_can_keep(apart: float, words: str) -> None:
+    finger = {"finger": 0, "place_mm": (0.0, 20.0), "isolation_db": apart, "level_db": -1.0}
+    told = finger_rows([finger], has_bank=False)["finger 0"]
+    assert told == f"0, 20 mm, 1 dB below the loudest, the others have {words} of it by the table"
 
 
 def test_settings_have_their_own_names(chladni: CommandLine) -> None:

@@ -105,7 +105,7 @@ def test_what_would_help_was_tried(spacing: float | None, tried: float | None, w
             **vars(statistics(level, level)),
             coil_spacing_mm=spacing,
             room_for=89 if spacing == 90.0 else 12,
-            perturbed=None,
+            **dict.fromkeys(("click_20mm_db", "perturbed")),
         )
         two: Any = SimpleNamespace(
             isolation_db=spread(31.0, 12.0),
@@ -137,7 +137,7 @@ def test_what_stiffer_foam_leaves_is_told_with_what_fingers_get(strip: Board) ->
     known, stiff = iter(two.drives), with_foam(strip, 2.0)
     (same,) = score_fingers(stiff, (2,), sets=4, samples=0, solve=lambda _: next(known)).counts
     assert foam.isolation_db.median == pytest.approx(same.isolation_db.median, abs=0.1)
-    score: Any = SimpleNamespace(**vars(statistics(9.0, 9.0)), perturbed=None)
+    score: Any = SimpleNamespace(**vars(statistics(9.0, 9.0)), perturbed=None, click_20mm_db=None)
     told = of_board(score, two, frequency_hz=160.0, foam_twice=foam)
     assert two.perturbed is not None
     off = two.perturbed.isolation_db

@@ -266,7 +266,12 @@ def score(
             f"the table's drives are best at {found.objective}, and {owner.name} is for {own}: "
             "`chladni table build` without --objective makes them so"
         )
-    verdict = of_places(found, frequency_hz=found.frequency_hz, built=found.perturbed)
+    verdict = of_places(
+        found,
+        frequency_hz=found.frequency_hz,
+        built=found.perturbed,
+        click=found.click_20mm_db,
+    )
     if figure is not None:
         from chladni.host.figures.boards import score_figure  # noqa: PLC0415
 

@@ -20,7 +20,6 @@ from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.scoring.felt import MICROMETRE
 from chladni.drives.scoring.scorecard import FAR_FINGER
 from chladni.drives.scoring.several_fingers.finger_sets import finger_discs, pushed_back
-from chladni.drives.scoring.survey import active_lattice
 from chladni.effects.low_pass import EDGE_HZ
 from chladni.host.emulation.emulator import Recording
 from chladni.sim.board.board import Board
@@ -245,8 +244,12 @@ def rms(felt: FloatArray) -> FloatArray:
 
 
 def places_away(board: Board, at_mm: tuple[float, float]) -> FloatArray | None:
-    """Where a second finger may lie, m, shape (places, 2)."""
-    places = np.array(active_lattice(board, AWAY_PITCH).places)
+    """Where a second finger may lie, m, shape (places, 2): all over the plate, as scores look."""
+    axes = [
+        np.linspace(-0.5, 0.5, max(1, round(side / AWAY_PITCH)) + 1) * side
+        for side in board.plate.size
+    ]
+    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
     apart = np.hypot(*(places - np.array(at_mm) * MM).T)
     far = places[apart >= FAR_FINGER]
     return far if len(far) else None

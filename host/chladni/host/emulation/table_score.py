@@ -122,6 +122,7 @@ def score_table(
         border=(rim, played_drives(table, board, rim, frequency_hz=frequency_hz))
         if border
         else None,
+        clicks=section.objective == "focus",
         progress=progress,
     )
     return TableScore(

@@ -88,6 +88,7 @@ def score_board(
     objective: str = "focus",
     samples: int = SAMPLES,
     border: bool = False,
+    clicks: bool = False,
     seed: int = SEED,
     tolerance: float = TOLERANCE,
     as_tables: bool = True,
@@ -105,6 +106,8 @@ def score_board(
         Boards drawn within the tolerances; 0 leaves them out.
     border
         Whether places on the border of the active area are scored too.
+    clicks
+        Whether it tells what a click keeps, too.
     tolerance
         Relative L² error of the random boards' fields.
     as_tables
@@ -129,6 +132,7 @@ def score_board(
         samples=samples,
         seed=seed,
         border=(rim, every[len(drives) :]) if border else None,
+        clicks=clicks,
         tolerance=tolerance,
         progress=progress,
     )

@@ -82,8 +82,8 @@ def say_tones(named: str, board: Board, table: str = "T.chl", *, clicks: bool = 
         adds = f"; the bias of switches adds to that{_ramp(board)}"
         bias = "" if board.electronics.is_bridge else adds
         say(
-            f"These are tones, and no finger presses: `chladni play click --places 20 {play} "
-            f"--table {table}` tells what clicks leave 20 mm away, pressed with 1 N{bias}."
+            f"No finger presses here, and a click is reckoned: `chladni play click --places 20 "
+            f"{play} --table {table}` tells what clicks leave 20 mm away, pressed with 1 N{bias}."
         )
         return
     rested = "" if board.electronics.is_bridge else " --rested"

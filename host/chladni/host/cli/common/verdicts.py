@@ -34,6 +34,7 @@ def of_places(
     frequency_hz: float,
     built: FocusStatistics | None = None,
     known_as: str = "as drawn",
+    click: Spread | None = None,
 ) -> str:
     """Whether drives all over a board focus, and whether a finger feels them.
 
@@ -43,6 +44,8 @@ def of_places(
         Of boards within tolerances.
     known_as
         How the board's values are known, in words.
+    click
+        What a click in place of a tone leaves 20 mm away, if it was reckoned.
     """
     apart, kept = next(
         (
@@ -65,11 +68,13 @@ def of_places(
         if off is not None and off.p10 < NOTICED_DB:
             alone, within = f" {known_as} alone", f", and {less_of(off.p10)} within tolerances"
         told = f"It focuses{alone}: {at} gets at least {kept.p10:.1f} dB less at nine of ten places"
+        told += "" if click is None else f" (of a click {click.p10:.1f})"
         told += within
     elif kept.median >= NOTICED_DB:
         told = (
             f"It focuses at some places: {at} gets {kept.median:.1f} dB less at the median, and "
             f"{less_of(kept.p10)} at the worst tenth"
+            f"{'' if click is None else f' (of a click {click.median:.1f} and {click.p10:.1f})'}"
         )
     else:
         told = f"It does not focus: {at} gets {less_of(kept.median)} at the median"
@@ -139,7 +144,8 @@ def of_board(
         What could help, the best first.
     """
     built = None if for_fingers else score.perturbed
-    focus = of_places(score, frequency_hz=frequency_hz, built=built, known_as=known_as)
+    click = score.click_20mm_db
+    focus = of_places(score, frequency_hz=frequency_hz, built=built, known_as=known_as, click=click)
     known = score.second_finger_20mm_db
     apart = ""
     if two is not None:

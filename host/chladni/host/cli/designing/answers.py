@@ -105,7 +105,13 @@ def median(found: Design) -> str:
     if db is None:
         return ""
     level = "" if um is None else f" and {um.median:.2g} µm"
-    return f"The median for one finger is {db.median:z.0f} dB 20 mm away{level}."
+    click = found.full.click_20mm_db if found.full else None
+    told = f"The median for one finger is {db.median:z.0f} dB 20 mm away{level}"
+    if click is None:
+        return f"{told}."
+    return (
+        f"{told}; of a click it is {click.median:z.0f}, the worst tenth {click.p10:z.0f}, as drawn."
+    )
 
 
 def about_entry(entry: Entry) -> list[str]:

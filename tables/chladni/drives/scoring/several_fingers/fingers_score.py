@@ -27,6 +27,7 @@ from chladni.drives.methods import SEED, Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.threads import one_blas_thread
 from chladni.drives.scoring.as_built import PRESS
+from chladni.drives.scoring.clicks import CLICK_HZ, CLICK_PEAK
 from chladni.drives.scoring.felt import MICROMETRE
 from chladni.drives.scoring.progress_steps import StepCounter
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
@@ -50,13 +51,6 @@ Solve = Callable[[FloatArray], ComplexArray]
 SETS = 200
 """Of each number of fingers: the worst tenth is then known to 2 dB."""
 MOST_SETS = 100_000
-CLICK_HZ = 200.0
-"""What a click keeps is what its real gains, found at the board's own frequency, keep here. On 22
-boards on feet and on foam medians and worst tenths are within 2 dB of clicks over time on the same
-plates where the first mode lies at 250 Hz or above. Below that they are within 4, and a tone of
-160 Hz keeps up to 17 dB more than a click (bench/several_fingers/clicks.py)."""
-CLICK_PEAK = 0.89
-"""Largest sample of the shipped click behind its low-pass."""
 EXPECTED_TO_REAL = 0.25
 """Of a threshold, that a share may have by the plate as it is known: on the plate itself shares
 come out up to 12 dB larger, by what one finger does to another and by tolerances."""
