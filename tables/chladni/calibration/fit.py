@@ -11,7 +11,7 @@ import scipy
 from numpy.typing import NDArray
 
 from chladni.calibration.coils_known import MOST_TRIM_DB, with_coils_known
-from chladni.calibration.flux import MotionReadings, drawn_inductances, drawn_motion, motion_of
+from chladni.calibration.flux import drawn_inductances, drawn_motion, motion_of
 from chladni.calibration.parameters import Parameter, parameters_of
 from chladni.calibration.sensing import CoilReadings
 from chladni.calibration.slopes import compliance_slopes
@@ -149,9 +149,8 @@ class _Search:
 
     def __init__(self, unknowns: Unknowns, readings: CoilReadings, progress: Report | None) -> None:
         self._unknowns, self._readings, self._progress = unknowns, readings, progress
-        self.wiring = Wiring(np.ones(len(unknowns.board.actuators)))
         self._moving = drawn_motion(unknowns.board, readings.high.hz)
-        self._motion = self._of_motion()
+        self._wire(Wiring(np.ones(len(unknowns.board.actuators))))
         self.steps = 0
         self._last: tuple[bytes, Board, list[OpenCoils]] | None = None
 
@@ -173,8 +172,7 @@ class _Search:
             if (costs := self._cost(loose)) < cost:
                 found, left, cost = loose, self.left(loose), costs
             else:
-                self.wiring = wiring
-                self._motion = self._of_motion()
+                self._wire(wiring)
         return found, left
 
     def start(self, loose: Mapping[int, float] | None = None) -> FloatArray:
@@ -186,7 +184,7 @@ class _Search:
         unknowns, best = self._unknowns, -np.inf
         omega = 2.0 * np.pi * self._readings.frequencies_hz[:, None, None]
         flux = 1j * omega * drawn_inductances(unknowns.board)[0]
-        start, solved = np.zeros(unknowns.mean.size), self._last
+        start, solved, wired = np.zeros(unknowns.mean.size), self._last, self.wiring
         scales = [name for name in HELD_BY if name in unknowns.scales]
         for off in STARTS if scales else (0.0,):
             trial = np.zeros(unknowns.mean.size)
@@ -197,13 +195,15 @@ class _Search:
             wiring = find_wiring(unknowns.board, self._readings, expected)
             alike = wiring.alike(self._readings.volts, expected)
             if alike > best:
-                best, start, self.wiring, solved = alike, trial, wiring, self._last
+                best, start, wired, solved = alike, trial, wiring, self._last
         self._last = solved
-        self._motion = self._of_motion()
+        self._wire(wired)
         return start
 
-    def _of_motion(self) -> MotionReadings:
-        return motion_of(self._unknowns.board, self._readings, self.wiring.signs, self._moving)
+    def _wire(self, wiring: Wiring) -> None:
+        """Take coils to be wired so, and their motion's readings for it."""
+        self.wiring = wiring
+        self._motion = motion_of(self._unknowns.board, self._readings, wiring.signs, self._moving)
 
     def solve(self, start: FloatArray) -> FloatArray:
         """The most likely values, from a start in units of what they may be off."""
