@@ -57,5 +57,5 @@ def test_a_foot_that_hardly_touches_or_does_not_is_named(board: Board, share: fl
     first, *others = hidden.board.springs
     loose = (dataclasses.replace(first, stiffness=share * first.stiffness), *others)
     plate = dataclasses.replace(hidden, board=dataclasses.replace(hidden.board, springs=loose))
-    with pytest.raises(InputError, match=r"foot at -26, -28 mm .* deviations off"):
+    with pytest.raises(InputError, match=r"foot at -26, -28 mm .* deviations off'; does it touch"):
         fit_board(drawn, read_hidden(plate))

@@ -123,7 +123,8 @@ def check_this_board(unknowns: Unknowns, values: FloatArray, left: float) -> Non
     """Raise `InputError` for readings of no board, or of one that is far from what was drawn."""
     what = farthest_off(unknowns, values, left)
     if what is not None:
-        hint = "is it this board, and nothing on it? Measure again"
+        asked = "is it this board, and nothing on it?"
+        hint = f"{'does it touch?' if what.startswith('foot') else asked} Measure again"
         expected = f"those of {unknowns.board.name}, as it may come out"
         raise InputError("readings", what, expected, hint=hint)
 
