@@ -175,7 +175,7 @@ def test_under_a_stiff_panel_a_metal_is_told_no_place_that_it_shields(
     board = shipped_board("phone5")
     assert board.panel is not None
     panel = replace(board.panel, place="on", film=0.5e-3)
-    for material, places in (("aluminium", "or place 'beside'"), ("fr4", "or place 'in' or 'b")):
+    for material, places in (("aluminium", "says usual ones)\n"), ("fr4", ", or place 'in' or 'b")):
         sheet = replace(board.plate, material=material, thickness=0.3e-3)
         layered = layered_plate(replace(board, plate=sheet, panel=panel))
         assert layered is not None

@@ -14,7 +14,7 @@ from chladni.design.evaluate import Evaluation
 from chladni.design.front import Entry
 from chladni.design.spec import spec_of
 from chladni.drives.scoring.spread import Spread
-from chladni.host.cli.common.output import answer
+from chladni.host.cli.common.output import answer, by_name
 from chladni.host.cli.common.verdicts import of_places
 from chladni.host.cli.designing.answers import _unfelt, about_entry, median
 from chladni.host.cli.designing.remarks import say_next
@@ -188,6 +188,14 @@ def test_a_device_promises_no_more_than_its_table_can_keep(apart: float, words: 
     finger = {"finger": 0, "place_mm": (0.0, 20.0), "isolation_db": apart, "level_db": -1.0}
     told = finger_rows([finger], has_bank=False)["finger 0"]
     assert told == f"0, 20 mm, 1 dB below the loudest, the others have {words} of it by the table"
+
+
+def test_a_name_that_is_a_key_of_ours_stands_as_it_is(capsys: pytest.CaptureFixture[str]) -> None:
+    rows = [{"name": name, "presses": 3} for name in ("left", "seed")]
+    answer(by_name("areas", rows, as_json=False), as_json=False)
+    told = capsys.readouterr().out
+    assert re.search(r"left · presses +\W 3", told)
+    assert re.search(r"seed · presses +\W 3", told)
 
 
 def test_settings_have_their_own_names(chladni: CommandLine) -> None:

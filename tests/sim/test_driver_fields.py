@@ -165,6 +165,14 @@ def test_signs_keep_off_the_lines_of_a_panel() -> None:
     assert pin_fault([2], signs=[12], **panel) is None  # type: ignore[arg-type]
 
 
+def test_nine_bridges_are_refused_before_they_have_pins() -> None:
+    board = bridged(pwm_pins=[], sign_pins=None)
+    own = board.actuators[0]
+    more = [dataclasses.replace(own, name=f"c{k}", at=(0.0, 1e-3 * k)) for k in range(4)]
+    with pytest.raises(InputError, match="at most 8 bridges, got '9 bridges'"):
+        dataclasses.replace(board, actuators=(*board.actuators, *more))
+
+
 def test_more_signs_than_bridges_of_a_chip_are_a_fault() -> None:
     gates, signs = CHIPS["esp32"].gates[:9], CHIPS["esp32"].signs[:9]
     fault = pin_fault(gates, signs=signs)

@@ -136,7 +136,7 @@ def test_every_board_that_may_be_has_parts(prototype: Board) -> None:
         assert own.switch_a >= 2.0 * volts / ohm
         assert own.supply_a >= own.crest_a + own.logic_a
         assert own.fuse_a > own.mean_a + own.logic_a
-        assert len(parts_list(board)) == 13
+        assert len(parts_list(board)) == 14
         assert ("no time" in part_of(board, "N-MOSFET, logic level").why) == (on == 0.0)
 
 

@@ -60,6 +60,7 @@ from chladni.host.manufacture.wiring.channels import channels
 from chladni.host.manufacture.wiring.parts import parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board, shipped_boards
+from chladni.sim.board.gpio import CHIPS
 from chladni.sim.board.panel_layer import layered_plate
 from chladni.sim.board.quantity import MM
 from chladni.sim.fields.board_plate import plate_model
@@ -112,7 +113,10 @@ def board_show(
         say_waves(loaded, modes.tolist())
         say_mirrored(loaded)
     if loaded.coil is not None and not loaded.electronics.pwm_pins:
-        say("no electronics.pwm_pins: a device needs a GPIO for each coil (docs/hardware.md)")
+        chip, count = loaded.electronics.chip, len(loaded.actuators)
+        most = CHIPS[chip].channels
+        few = f", and {chip} has PWM for {most} of these {count}" if count > most else ""
+        say(f"no electronics.pwm_pins: a device needs a GPIO for each coil{few} (docs/hardware.md)")
     if board not in shipped_boards():  # in those, what stands is meant
         say_leftovers(loaded, modes.tolist())
     if loaded.winding:

@@ -165,13 +165,7 @@ def check_driver(own: Electronics, given: Collection[str] = ()) -> None:
             )
     if not own.is_bridge:
         return
-    if len(own.pwm_pins) > MOST_BRIDGES:
-        raise InputError(
-            "electronics.drive",
-            f"{len(own.pwm_pins)} bridges",
-            f"at most {MOST_BRIDGES} bridges",
-            hint=more_than_bridges(),
-        )
+    _check_bridges(len(own.pwm_pins))
     if own.pwm_pins and not own.sign_pins:
         raise MissingError(
             "electronics.sign_pins",
@@ -183,9 +177,17 @@ def check_driver(own: Electronics, given: Collection[str] = ()) -> None:
         raise InputError("electronics.sign_pins", list(own.sign_pins), expected)
 
 
+def _check_bridges(count: int) -> None:
+    if count > MOST_BRIDGES:
+        expected, hint = f"at most {MOST_BRIDGES} bridges", more_than_bridges()
+        raise InputError("electronics.drive", f"{count} bridges", expected, hint=hint)
+
+
 def check_pins(board: BoardParts) -> None:
     """Every pin can be on the chip what the board file makes it, and is one thing only."""
     own = board.electronics
+    if own.is_bridge:
+        _check_bridges(len(board.actuators))
     if not own.is_bridge and own.diode_v >= own.supply_v:
         expected = f"less than supply_v, {own.supply_v:g}"
         raise InputError("electronics.diode_v", own.diode_v, expected)

@@ -69,11 +69,11 @@ def say_panel(plate: LayeredPlate, *, for_several: bool) -> None:
     if plate.is_stiff:
         needs = "a finger moves less" if for_several else "a focus needs a soft sheet"
         sheet = f"{plate.sheet.thickness / MM:g} mm {plate.sheet.material}".rstrip()
-        places = "'beside'" if plate.sheet.material in METALS else "'in' or 'beside'"
+        # Metal shields electrodes in and under it.
+        other = "" if plate.sheet.material in METALS else ", or place 'in' or 'beside'"
         say(
             f"the panel's layer makes the plate ({sheet}) {plate.bending_ratio:.1f} times as "
-            f"stiff: {needs}; use a thinner film (docs/own-board.md says usual ones), or place "
-            f"{places}"
+            f"stiff: {needs}; use a thinner film (docs/own-board.md says usual ones){other}"
         )
     elif plate.place == "not said":
         say('the panel bends with the plate unless panel.place is "in" or "beside": say film_mm')

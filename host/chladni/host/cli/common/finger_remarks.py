@@ -62,7 +62,7 @@ def say_mirrored(board: Board) -> None:
 
 
 def _ramp(board: Board) -> str:
-    """What makes a bias softer, where it is not yet."""
+    """What makes a bias softer, where it is not yet, and how much."""
     own = board.electronics.ramp_ms
     if own >= SOFT_RAMP_MS:
         return ""
@@ -86,9 +86,16 @@ def say_tones(named: str, board: Board, table: str = "T.chl", *, clicks: bool = 
             f"{play} --table {table}` tells what clicks leave 20 mm away, pressed with 1 N{bias}."
         )
         return
-    rested = "" if board.electronics.is_bridge else " --rested"
     reckoned = ", and clicks as they are reckoned" if clicks else ""
+    rested, touched = "", ""
+    if not board.electronics.is_bridge:
+        reckoned += ", of fingers that have rested"
+        rested = " --rested"
+        touched = (
+            " Without --rested it tells of clicks that come with the touch, which keep some dB "
+            "less: the bias of switches comes up with them."
+        )
     say(
         f"These are tones{reckoned}: `chladni play click --pairs 20{rested} {play}` tells what "
-        "clicks keep by an emulated device's pins, and so of any effect."
+        f"clicks keep by an emulated device's pins, and so of any effect.{touched}"
     )

@@ -78,10 +78,12 @@ SPREAD = ["median", "p10", "p90"]
 
 def _rows(key: str, value: Any) -> Iterator[tuple[str, str]]:
     """What people read of one key: nothing of what is left out, unknown or empty."""
-    if key in LEFT_OUT or value is None or value == {}:
+    is_name = isinstance(key, OwnName)
+    if (key in LEFT_OUT and not is_name) or value is None or value == {}:
         return
     # A text has its unit; names of settings are to be typed.
     label = WORDS.get(key, key.replace("_", " ")) if isinstance(value, str) else words_of(key)
+    label = str(key) if is_name else label
     if isinstance(value, dict) and list(value) != SPREAD:
         for name, item in value.items():
             for own, text in _rows(name, item):
@@ -168,9 +170,15 @@ ARRAYS = ("", ".npz")
 TEXT = ("", ".csv")
 
 
+class OwnName(str):
+    """A key that is somebody's name: it stands as it is, though a key of ours is the same."""
+
+    __slots__ = ()
+
+
 def by_name(key: str, rows: Sequence[dict[str, Any]], *, as_json: bool) -> dict[str, Any]:
     """Rows with a `name` as programs have them, all under a key, or each under its name."""
-    return {key: rows} if as_json else {one["name"]: one | {"name": None} for one in rows}
+    return {key: rows} if as_json else {OwnName(one["name"]): one | {"name": None} for one in rows}
 
 
 def check_output(path: Path, option: str, endings: tuple[str, ...] = ()) -> Path:

@@ -187,7 +187,7 @@ def _each(two: CountScore, frequency_hz: float) -> str:
     unfelt = ", which a resting finger does not feel" if db is not None and db < 0.0 else ""
     told = f" Each gets {um.median:.2g} µm of its own, {um.p10:.2g} at the worst tenth{unfelt}"
     click = two.click_um
-    return told + (f"; of a click {click.median:.2g} and {click.p10:.2g}." if click else ".")
+    return told + (f"; of a click alone {click.median:.2g} and {click.p10:.2g}." if click else ".")
 
 
 def _on_stiffer_foam(two: CountScore, foam: KeptApart | None) -> str:

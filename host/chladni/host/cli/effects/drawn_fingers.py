@@ -110,7 +110,7 @@ def play_drawn(
     found = _played(setup, drawn, how if pairs else how | {"unknown": True})
     if bank is None:
         say_short_places([one for own in found for one in own], how["level_um"])
-    say_bias(found[0])
+    say_bias(found[0], setup.board)
     names = [own.name for own in effects]
     known: dict[str, Any] = {"effect": names[0] if len(names) == 1 else None}
     known |= {"bank": None if bank is None else unpack_bank(bank).name}

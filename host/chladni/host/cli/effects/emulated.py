@@ -54,7 +54,7 @@ def play_emulated(
     how |= setup.solved() | _asked(setup, places)
     found = [one.played(setup, how) for one in presses]
     say_less_than_asked(found, [how["level_um"]] * len(found))
-    say_bias(found)
+    say_bias(found, setup.board)
     _draw(figure, found, presses, setup)
     if len(found) == 1:
         known = {"effect": presses[0].effect.name} | setup.rows(as_json=as_json)

@@ -12,6 +12,7 @@ from chladni.host.cli.common.terms import of_loudest
 from chladni.host.cli.device.connection import Connection
 from chladni.host.cli.device.touch import check_on_board
 from chladni.host.cli.effects.remarks import say_not_measured
+from chladni.host.device.checks.info_rows import known_isolation
 from chladni.host.device.checks.readiness import check_ready
 
 
@@ -62,7 +63,7 @@ def play_on_device(
                 "place_mm": list(own.place_mm),
                 "samples": own.samples,
                 "fewest_waiting": own.fewest_waiting,
-                "isolation_db": own.isolation_db,
+                "isolation_db": own.isolation_db if as_json else known_isolation(own.isolation_db),
                 "level_db": own.level_db,
                 "left_out": read.left_out,
             }

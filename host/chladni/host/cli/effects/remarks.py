@@ -10,6 +10,7 @@ import numpy as np
 from chladni.effects.bank.areas import Bank, Shape, reach_mm
 from chladni.effects.effect import Effect
 from chladni.effects.low_pass import EDGE_HZ, POLES
+from chladni.host.cli.common.finger_remarks import SOFT_RAMP_MS
 from chladni.host.cli.common.output import say
 from chladni.host.cli.effects.verdicts import OFF_DB
 from chladni.host.protocol.config import PANELS, DeviceConfig
@@ -135,14 +136,19 @@ def _asked_um(played: PlayedEffect, level_um: float | None) -> float:
     return 0.0 if level_um is None else level_um * float(np.abs(played.asked).max())
 
 
-def say_bias(found: Sequence[PlayedEffect]) -> None:
+def say_bias(found: Sequence[PlayedEffect], board: Board) -> None:
     """Remark on a bias that moves what is far away, too."""
-    one = found[0]
+    one, own = found[0], board.electronics.ramp_ms
     if one.second_finger_20mm_db is not None and one.bias_um is not None and not one.rested:
+        softer = (
+            f": electronics.ramp_ms = {SOFT_RAMP_MS:g} in place of {own:g} (docs/effects.md) makes "
+            "it softer"
+        )
         say(
-            "the bias of switches comes up with the touch, and moves places 20 mm away, too: a "
-            "longer electronics.ramp_ms (docs/effects.md) makes it softer; --rested tells what the "
-            "effect leaves there once it stands"
+            "the bias of switches comes up with the touch: it makes the halves of the first wave "
+            "unequal, and moves places 20 mm away, too"
+            f"{softer if own < SOFT_RAMP_MS else ''}; --rested tells what the effect leaves there "
+            "once it stands"
         )
 
 

@@ -71,14 +71,20 @@ def finger_rows(fingers: list[dict[str, Any]], *, has_bank: bool) -> dict[str, s
         if level is not None:
             text += f", {-level:.0f} dB below the loudest"
         if apart is not None:
-            text += f", the others have {_reckoned(apart)} of it by the table"
+            text += f", the others have {_less(apart)} of it by the table"
         rows[f"finger {one['finger']}"] = text
     if any(one["isolation_db"] is not None for one in fingers):
         rows["these dB"] = has_bank * OF_REAL_GAINS + OF_TABLE
     return rows
 
 
-def _reckoned(apart: float) -> str:
-    if apart > KNOWN_DB:
-        return f"over {KNOWN_DB:.0f} dB less"
+def known_isolation(apart: float | None) -> float | str | None:
+    """What a device reckons by its table, dB, no further than a table tells."""
+    return apart if apart is None or apart <= KNOWN_DB else f"over {KNOWN_DB:.0f} dB"
+
+
+def _less(apart: float) -> str:
+    known = known_isolation(apart)
+    if isinstance(known, str):
+        return f"{known} less"
     return f"{abs(apart):.0f} dB {'less' if apart >= 0.0 else 'more'}"

@@ -19,7 +19,7 @@ from chladni.host.manufacture.wiring.values import (
 )
 from chladni.sim.board.board import Board
 from chladni.sim.board.catalogue import METALS
-from chladni.sim.board.electronics import CLOCK_HZ
+from chladni.sim.board.electronics import CLOCK_HZ, NOT_WIRED
 from chladni.sim.board.gpio import CHIPS
 from chladni.sim.board.quantity import MM
 
@@ -221,4 +221,6 @@ def _panel_parts(board: Board, own: Values) -> tuple[Part, ...]:
             engineering(own.bus_ohm, "Ω"),
             "I²C at 400 kHz: 300 ns/(0.85 · 100 pF) = 3.5 kΩ at most, 0.97 kΩ at least",
         ),
+        *[Part("reset pull-up", 1, "10 kΩ", "no pin drives the panel's RST")]
+        * (panel.reset_pin == NOT_WIRED),
     )
