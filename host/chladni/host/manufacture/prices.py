@@ -17,7 +17,8 @@ PRICES = Path(__file__).with_name("prices.toml")
 MOST_BYTES = 65_536
 RESISTORS = (
     "gate resistor", "gate pull-down", "EN pull-down", "bus pull-up", "reset pull-up",
-    "sensing resistor", "reference resistor", "nSLEEP pull-up", "coil pull-down", "amplifier resistor",
+    "sensing resistor", "reference resistor", "nSLEEP pull-up", "coil pull-down",
+    "amplifier resistor",
 )  # fmt: skip
 """Parts that are resistors by another name."""
 
