@@ -67,10 +67,34 @@ def test_a_haptic_file_is_a_tone_and_a_click_at_each_emphasis(tmp_path: Path) ->
     tone, click = read.effect.parts
     assert isinstance(tone, Tone)
     assert (tone.begins_s, tone.ends_s) == (0.0, 0.4)
-    assert tone.amplitude.at(np.array([0.05, 0.1, 0.25])) == pytest.approx([0.5, 0.8, 0.4])
+    at = np.array([0.05, 0.0899, 0.0901, 0.1, 0.1195, 0.1198, 0.25])
+    # 10 ms before the click of 1.5 / 155 s and behind it the tone leaves room.
+    found = [0.5, 0.739, 0.0, 0.0, 0.0, 0.7472, 0.4]
+    assert tone.amplitude.at(at) == pytest.approx(found, abs=1e-3)
     assert tone.frequency_hz.at(np.array([0.0, 0.2, 0.4])) == pytest.approx([80.0, 155.0, 230.0])
     assert click == Click(0.1, 1.0, 155.0)
     assert read.left_out == []
+
+
+def test_an_emphasis_is_felt_beside_a_loud_signal_and_room_is_made_once(tmp_path: Path) -> None:
+    """Of a signal as loud as the emphasis: nothing of it is left within 10 ms of the click."""
+    document = json.loads(json.dumps(HAPTIC))
+    for point in document["signals"]["continuous"]["envelopes"]["amplitude"]:
+        point["amplitude"] = 1.0
+    effect = read_effect(written(tmp_path, "a.haptic", document)).effect
+    times = np.arange(0.0, 0.4, 1e-4)
+
+    def loud(own: Effect, begins: float, ends: float) -> float:
+        wave = np.sum([part.wave(times) for part in own.parts], axis=0)
+        return float(np.abs(wave[(times > begins) & (times < ends)]).max())
+
+    assert loud(effect, 0.0902, 0.0999) == loud(effect, 0.1098, 0.1196) == 0.0
+    assert loud(effect, 0.1, 0.11) > 0.9
+    assert loud(effect, 0.08, 0.09) > 0.9
+    assert loud(effect, 0.12, 0.13) > 0.9
+    again, _ = WRITERS[".haptic"](effect)
+    kept = read_effect(written(tmp_path, "b.haptic", again.decode())).effect
+    assert np.abs(kept.samples(SIGNAL_HZ) - effect.samples(SIGNAL_HZ)).max() < 1e-3
 
 
 def test_a_haptic_file_without_frequencies_plays_the_middle(tmp_path: Path) -> None:

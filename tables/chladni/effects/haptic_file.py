@@ -1,7 +1,9 @@
 """`.haptic` files, version 1.0.0: what Meta Haptics Studio and Lofelt Studio write.
 
 One continuous signal: an amplitude envelope, perhaps a frequency envelope, and emphases at
-breakpoints of amplitude, each of which is a click here.
+breakpoints of amplitude, each of which is a click here. Players whose actuators have no transients
+of their own make room for one: the signal is silent beside it, or an emphasis of a loud signal is
+not felt (Lofelt's own renderer: 30 ms before and behind it, for motors).
 """
 
 from __future__ import annotations
@@ -9,12 +11,14 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
+
 from chladni.effects.effect import (
     MOST_POINTS,
     MOST_S,
     Click,
+    Curve,
     Effect,
-    Part,
     Tone,
     curve_of,
     described,
@@ -23,6 +27,8 @@ from chladni.effects.file_values import FileValue, read_json
 from chladni.effects.normalised import beyond, from_hz, to_hz
 
 MAJOR = 1
+ROOM_S = 10e-3
+"""In which the signal is silent before and behind an emphasis: a plate is still after 5 ms."""
 
 
 def read_haptic(path: Path, field: str) -> tuple[Effect, list[str]]:
@@ -47,15 +53,34 @@ def read_haptic(path: Path, field: str) -> tuple[Effect, list[str]]:
     frequency = envelopes["frequency"]
     shares = _points([*frequency], "frequency") if frequency.is_there else []
     hertz = [(at, to_hz(share)) for at, share in shares] or [(0.0, to_hz(0.5))]
-    parts: list[Part] = [
-        Tone(amplitude[0][0], amplitude[-1][0], curve_of(amplitude), curve_of(hertz))
-    ]
+    clicks: list[Click] = []
     for one, (at, _) in zip(amplitudes, amplitude, strict=True):
         emphasis = one["emphasis"]
         if emphasis.is_there:
             size = emphasis["amplitude"].number(0.0, 1.0)
-            parts.append(Click(at, size, to_hz(emphasis["frequency"].number(0.0, 1.0))))
-    return Effect(path.stem, tuple(parts)), left_out
+            clicks.append(Click(at, size, to_hz(emphasis["frequency"].number(0.0, 1.0))))
+    tone = Tone(amplitude[0][0], amplitude[-1][0], _with_room(amplitude, clicks), curve_of(hertz))
+    return Effect(path.stem, (tone, *clicks)), left_out
+
+
+def _with_room(points: list[tuple[float, float]], clicks: list[Click]) -> Curve:
+    """The envelope, silent beside and under each click."""
+    begins, ends = points[0][0], points[-1][0]
+    for click in clicks:
+        if click.amplitude == 0.0:
+            continue
+        low, high = max(begins, click.begins_s - ROOM_S), min(ends, click.ends_s + ROOM_S)
+        inside = [value for at, value in points if low <= at <= high]
+        # Where a step is already, what was before it stays.
+        ends_at = np.array([np.nextafter(low, begins - 1.0), high])
+        before, after = curve_of(points).at(ends_at).tolist()
+        if max(before, after, *inside) > 0.0:
+            room = [(low, before), (low, 0.0), (high, 0.0), (high, after)]
+            points = sorted(
+                [*room, *(own for own in points if not low <= own[0] <= high)],
+                key=lambda own: own[0],
+            )
+    return curve_of(points)
 
 
 def _points(values: list[FileValue], key: str) -> list[tuple[float, float]]:
