@@ -56,6 +56,12 @@ def test_a_foot_that_hardly_touches_or_does_not_is_named(board: Board, share: fl
     hidden = hidden_plate(drawn, 1)
     first, *others = hidden.board.springs
     loose = (dataclasses.replace(first, stiffness=share * first.stiffness), *others)
-    plate = dataclasses.replace(hidden, board=dataclasses.replace(hidden.board, springs=loose))
-    with pytest.raises(InputError, match=r"foot at -26, -28 mm .* deviations off'; does it touch"):
+    strengths = np.abs(hidden.strengths)
+    strengths[2] *= -1.0
+    plate = dataclasses.replace(
+        hidden, board=dataclasses.replace(hidden.board, springs=loose), strengths=strengths
+    )
+    with pytest.raises(InputError, match=r"foot at -26, -28 mm .* deviations off") as caught:
         fit_board(drawn, read_hidden(plate))
+    told = str(caught.value)
+    assert told.endswith(f"does it touch? Measure again; {board.actuators[2].name} is reversed")

@@ -103,7 +103,7 @@ def fit_board(board: Board, readings: CoilReadings, progress: Report | None = No
     with one_blas_thread():
         search = _Search(unknowns, readings, progress)
         solved, left = search.find()
-    check_this_board(unknowns, solved, left)
+    check_this_board(unknowns, solved, left, search.wiring)
     with one_blas_thread():
         covariance = search.covariance(solved)
     return BoardFit(
@@ -119,14 +119,27 @@ def fit_board(board: Board, readings: CoilReadings, progress: Report | None = No
     )
 
 
-def check_this_board(unknowns: Unknowns, values: FloatArray, left: float) -> None:
-    """Raise `InputError` for readings of no board, or of one that is far from what was drawn."""
+def check_this_board(
+    unknowns: Unknowns, values: FloatArray, left: float, wiring: Wiring | None = None
+) -> None:
+    """Raise `InputError` for readings of no board, or of one that is far from what was drawn.
+
+    Coils that are wired wrongly are named with a foot that is far off, by which all else fits.
+    """
     what = farthest_off(unknowns, values, left)
-    if what is not None:
-        asked = "is it this board, and nothing on it?"
-        hint = f"{'does it touch?' if what.startswith('foot') else asked} Measure again"
-        expected = f"those of {unknowns.board.name}, as it may come out"
-        raise InputError("readings", what, expected, hint=hint)
+    if what is None:
+        return
+    expected = f"those of {unknowns.board.name}, as it may come out"
+    hint = "is it this board, and nothing on it? Measure again"
+    if what.startswith("foot"):
+        signs = [] if wiring is None else wiring.signs.tolist()
+        faults = [
+            f"; {own.name} is {'dead' if sign == 0.0 else 'reversed'}"
+            for own, sign in zip(unknowns.board.actuators, signs, strict=False)
+            if sign != 1.0
+        ]
+        hint = f"does it touch? Measure again{''.join(faults)}"
+    raise InputError("readings", what, expected, hint=hint)
 
 
 def farthest_off(unknowns: Unknowns, values: FloatArray, left: float) -> str | None:

@@ -82,8 +82,15 @@ def _of_fields(
     drawn: Board, fields: MeasuredFields, by: str, device_seconds: float | None
 ) -> Calibrated:
     with progress_bar("plates") as progress:
-        found = fit_fields(drawn, fields, lambda done: progress(done, max(done + 1, LABORATORY)))
+        found = fit_fields(
+            drawn, fields, lambda done: progress(done, _of_so_many(done, LABORATORY))
+        )
     return Calibrated(found.board, found.parameters, by, device_seconds)
+
+
+def _of_so_many(done: int, usual: int) -> int:
+    """Plates that are solved in all: as usual, or a multiple of it where one fit does not do."""
+    return usual * (1 + max(done - 1, 0) // usual)
 
 
 def stands(drawn: Board, texts: Sequence[str]) -> list[Place]:
@@ -174,7 +181,7 @@ def read(
             write_whole(kept, readings_file(readings, drawn))
     with progress_bar("plates") as progress:
         found = fit_board(
-            drawn, readings, lambda done: progress(done, max(done + 1, EXPECTED_SOLUTIONS))
+            drawn, readings, lambda done: progress(done, _of_so_many(done, EXPECTED_SOLUTIONS))
         )
     return Calibrated(found.board, found.parameters, by, readings.seconds)
 
