@@ -303,7 +303,9 @@ def test_micrometres_stand_beside_decibels() -> None:
     assert scored.finger_um is not None
     assert truth.fingers_um.median == pytest.approx(scored.finger_um.median, rel=0.01)
     told = verdict(board, Calibrated(board, (), "coils", None), truth, truth, 20)
-    assert " dB after (over 20 pairs, with the solver's drives). Each gets " in told
+    tail = f"{truth.fingers_2_db.p10:.0f}"
+    assert f"At the worst tenth two fingers {tail} dB before, {tail} after. Each gets " in told
+    assert " dB after (over 20 pairs, with the solver's drives). At the worst" in told
     um = truth.fingers_um
     assert f" µm before, {um.median:.2g} after, {um.p10:.2g} at the worst tenth." in told
     assert told.endswith("its thickness and modulus go together, and are not told apart.")

@@ -312,6 +312,17 @@ def _faults(found: Calibrated) -> list[str]:
     return [fault.said for own in found.board.actuators if (fault := coil_fault(own))]
 
 
+def _tails(drawn: Board, before: Restored, after: Restored) -> str:
+    """What the medians of a verdict leave out."""
+    rows = [("two fingers", before.fingers_2_db, after.fingers_2_db)]
+    own, then = before.second_finger_20mm_db, after.second_finger_20mm_db
+    if drawn.focus is not None and own is not None and then is not None:
+        rows.insert(0, ("from 20 mm on", own, then))
+    return ", ".join(
+        f"{name} {early.p10:z.0f} dB before, {late.p10:z.0f} after" for name, early, late in rows
+    )
+
+
 def verdict(drawn: Board, found: Calibrated, before: Restored, after: Restored, sets: int) -> str:
     """What came of it, in a few sentences; scores are of so many sets of two fingers."""
     told = [
@@ -319,7 +330,10 @@ def verdict(drawn: Board, found: Calibrated, before: Restored, after: Restored, 
     ]
     first = gained(before.isolation(drawn), after.isolation(drawn))
     pairs = f"over {sets} pairs" if sets > 1 else "of one pair"
-    sentences = [f"{first[0].upper()}{first[1:]} ({pairs}, with the solver's drives)."]
+    sentences = [
+        f"{first[0].upper()}{first[1:]} ({pairs}, with the solver's drives).",
+        f"At the worst tenth {_tails(drawn, before, after)}.",
+    ]
     if (um := after.fingers_um) is not None:
         sentences += [
             f"Each gets {before.fingers_um.median:.2g} µm before, {um.median:.2g} after, "
