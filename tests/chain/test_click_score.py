@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from chladni.drives.scoring.clicks import CLICK_HZ, CLICK_PEAK
+from chladni.drives.scoring.kept_focus import CLICK_HZ, CLICK_PEAK
 from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
 from chladni.effects import shipped_effects
 from chladni.effects.bank.layout import SIGNAL_HZ

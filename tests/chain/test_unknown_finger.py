@@ -10,12 +10,12 @@ import pytest
 
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import SolvedBoard, solved_board
+from chladni.drives.scoring.kept_focus import click_20mm_db
 from chladni.drives.scoring.several_fingers.finger_sets import (
     finger_discs,
     finger_sets,
     pressed_fields,
 )
-from chladni.drives.scoring.survey import Lattice, score_drives
 from chladni.effects import Curve, Effect, Tone, shipped_effects
 from chladni.host.emulation import felt_over_time
 from chladni.host.emulation.felt_over_time import RATE_HZ, FingerPlate, over_frequency, rms
@@ -114,15 +114,13 @@ def test_a_click_beside_one_finger_is_reckoned_within_3_db_of_the_pins(
 ) -> None:
     """A score reckons it from one frequency, at rest; the pins play it under 1 N."""
     table = build_table(board, objective="focus", jobs=1)[0]
-    lattice = Lattice(np.array([0.0]), np.array([-20.0, -4.0, 10.0]) * MM, (1.0, 1.0))
-    drives = played_drives(table, board, lattice.places)
-    score = score_drives(
-        solved_board(board), lattice, drives, samples=0, seed=SEED, clicks=True
-    ).click_20mm_db
+    places = [(0.0, y * MM) for y in (-20.0, -4.0, 10.0)]
+    drives = played_drives(table, board, places)
+    score = click_20mm_db(solved_board(board), places, drives)
     click = shipped_effects()["click"]
     played = [
         play_effect(table, board, click, (x / MM, y / MM), unknown=True, solved=solved)
-        for x, y in lattice.places
+        for x, y in places
     ]
     levels = [own.second_finger_20mm_db for own in played if own.second_finger_20mm_db is not None]
     assert score is not None

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from chladni.drives.scoring.as_built import AsBuilt, KeptFocus, score_as_built, score_together
+from chladni.drives.scoring.as_built import AsBuilt, score_as_built, score_together
+from chladni.drives.scoring.kept_focus import KeptFocus
 from chladni.drives.scoring.warm_coils import board_rise_k, warm
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board

@@ -8,9 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
-from chladni.drives.scoring.best_drives import best_drives
 from chladni.drives.scoring.board_score import PITCH, score_board
 from chladni.drives.scoring.survey import active_lattice, border_places
 from chladni.drives.scoring.tolerances import (
@@ -52,27 +50,6 @@ def test_the_nearest_coil_alone_stands_beside_the_drives() -> None:
         found.append(discs.second_finger_db(fields[nearest], (x, y), [20e-3])[0])
     assert score.nearest_coil_20mm_db is not None
     assert score.nearest_coil_20mm_db.median == pytest.approx(float(np.median(found)), abs=1e-6)
-
-
-def test_a_click_keeps_what_the_real_part_of_its_drive_keeps_at_200_hz() -> None:
-    """Found another way: of all phases by a scan, and on a board that is solved for 200 Hz."""
-    board = shipped_board("strip5")
-    score = score_board(board, samples=0, pitch=12e-3, clicks=True)
-    at_200 = replace(board, drive=replace(board.drive, frequency_hz=200.0))
-    fields, found = solved_board(at_200).fields.values, []
-    places = active_lattice(board, 12e-3).places
-    turns = np.exp(1j * np.linspace(0.0, np.pi, 2001))
-    for place, drive in zip(
-        places, best_drives(solved_board(board), places, "focus", SEED), strict=True
-    ):
-        parts = np.real(drive * turns[:, None])
-        real = parts[np.argmax(np.sum(parts**2, axis=1))]
-        discs = metrics.FingertipDiscs(board.x, board.y)
-        moved = np.tensordot(real.astype(complex), fields, axes=1)
-        found.append(discs.second_finger_db(moved, place, [20e-3])[0])
-    assert score.click_20mm_db is not None
-    assert score.click_20mm_db.median == pytest.approx(float(np.median(found)), abs=0.01)
-    assert score_board(board, samples=0, pitch=24e-3).click_20mm_db is None
 
 
 @pytest.mark.parametrize("name", KNOWN)

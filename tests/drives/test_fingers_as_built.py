@@ -10,7 +10,8 @@ import pytest
 from chladni.drives.fingers import responses_at
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
-from chladni.drives.scoring.as_built import FOAM_TWICE, with_film
+from chladni.drives.scoring.as_built import with_film
+from chladni.drives.scoring.kept_focus import FOAM_TWICE
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
 from chladni.drives.scoring.several_fingers.fingers_as_built import (
     FingersAsBuilt,

@@ -10,7 +10,7 @@ import pytest
 from chladni.drives.fingers import drives_for, responses_at
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
-from chladni.drives.scoring.clicks import CLICK_PEAK
+from chladni.drives.scoring.kept_focus import CLICK_PEAK
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
 from chladni.drives.scoring.several_fingers.fingers_score import (
     FingersScore,

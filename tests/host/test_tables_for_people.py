@@ -13,9 +13,10 @@ import pytest
 from chladni.design.evaluate import Evaluation
 from chladni.design.front import Entry
 from chladni.design.spec import spec_of
+from chladni.drives.scoring.kept_focus import KeptFocus
 from chladni.drives.scoring.spread import Spread
 from chladni.host.cli.common.output import answer, by_name
-from chladni.host.cli.common.verdicts import of_places
+from chladni.host.cli.common.verdicts import of_board, of_built, of_places
 from chladni.host.cli.designing.answers import _unfelt, about_entry, median
 from chladni.host.cli.designing.remarks import say_next
 from chladni.host.device.checks.info_rows import finger_rows
@@ -188,6 +189,25 @@ def test_a_device_promises_no_more_than_its_table_can_keep(apart: float, words: 
     finger = {"finger": 0, "place_mm": (0.0, 20.0), "isolation_db": apart, "level_db": -1.0}
     told = finger_rows([finger], has_bank=False)["finger 0"]
     assert told == f"0, 20 mm, 1 dB below the loudest, the others have {words} of it by the table"
+
+
+def test_what_stiffer_foam_leaves_of_one_finger_is_told_with_what_it_leaves_of_two() -> None:
+    away = ("second_finger_20mm_db", "second_finger_16mm_db", "second_finger_db")
+    none = dict.fromkeys((*away, "click_20mm_db", "perturbed", "finger_um"))
+    kept = KeptFocus(Spread(13.6, 9.9, 19.0), Spread(4.81, 3.0, 6.0))
+    score: Any = SimpleNamespace(**none, foam_twice=kept)
+    told = of_board(score, None, frequency_hz=160.0)
+    assert "says: that leaves 20 mm from one finger 14 and 10 dB and 4.8 µm, until" in told
+    score.foam_twice = None
+    assert "Foam" not in of_board(score, None, frequency_hz=160.0)
+
+
+def test_what_is_left_as_built_is_in_the_verdict() -> None:
+    """It said that a board focuses which as built gives another finger 2.3 dB more."""
+    told = of_built(KeptFocus(Spread(1.0, -2.253, 4.0), Spread(3.0, 1.94, 5.0)))
+    assert "all at once" in told
+    assert told.endswith("gets 2.3 dB more at the worst tenth, and the finger moves by 1.9 µm.")
+    assert of_built(KeptFocus(None, None)) == ""
 
 
 def test_a_name_that_is_a_key_of_ours_stands_as_it_is(capsys: pytest.CaptureFixture[str]) -> None:

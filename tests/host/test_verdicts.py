@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-from chladni.drives.scoring.as_built import KeptFocus
 from chladni.drives.scoring.board_score import score_board, usual_pitch
 from chladni.drives.scoring.remedies import Remedy, tried_remedies
 from chladni.drives.scoring.several_fingers.fingers_as_built import on_stiffer_foam
@@ -22,7 +21,6 @@ from chladni.host.cli.common.output import answer
 from chladni.host.cli.common.table_verdicts import of_responses, of_table
 from chladni.host.cli.common.verdicts import (
     of_board,
-    of_built,
     of_design,
     of_methods,
     of_place,
@@ -105,7 +103,7 @@ def test_what_would_help_was_tried(spacing: float | None, tried: float | None, w
             **vars(statistics(level, level)),
             coil_spacing_mm=spacing,
             room_for=89 if spacing == 90.0 else 12,
-            **dict.fromkeys(("click_20mm_db", "perturbed")),
+            **dict.fromkeys(("click_20mm_db", "foam_twice", "perturbed")),
         )
         two: Any = SimpleNamespace(
             isolation_db=spread(31.0, 12.0),
@@ -137,7 +135,8 @@ def test_what_stiffer_foam_leaves_is_told_with_what_fingers_get(strip: Board) ->
     known, stiff = iter(two.drives), with_foam(strip, 2.0)
     (same,) = score_fingers(stiff, (2,), sets=4, samples=0, solve=lambda _: next(known)).counts
     assert foam.isolation_db.median == pytest.approx(same.isolation_db.median, abs=0.1)
-    score: Any = SimpleNamespace(**vars(statistics(9.0, 9.0)), perturbed=None, click_20mm_db=None)
+    none = dict.fromkeys(("click_20mm_db", "foam_twice", "perturbed"))
+    score: Any = SimpleNamespace(**vars(statistics(9.0, 9.0)), **none)
     told = of_board(score, two, frequency_hz=160.0, foam_twice=foam)
     assert two.perturbed is not None
     off = two.perturbed.isolation_db
@@ -303,14 +302,6 @@ def test_what_a_board_is_made_for_comes_first(strip: Board) -> None:
     rows = score_rows(several, alone, one, two)
     assert list(rows)[:2] == ["two_fingers", "one_finger"]
     assert rows["one_finger"] == {"finger_um": asdict(one)["finger_um"]}
-
-
-def test_what_is_left_as_built_is_in_the_verdict() -> None:
-    """It said that a board focuses which as built gives another finger 2.3 dB more."""
-    told = of_built(KeptFocus(Spread(1.0, -2.253, 4.0), Spread(3.0, 1.94, 5.0)))
-    assert "all at once" in told
-    assert told.endswith("gets 2.3 dB more at the worst tenth, and the finger moves by 1.9 µm.")
-    assert of_built(KeptFocus(None, None)) == ""
 
 
 def test_a_board_for_several_shows_no_focus_unless_it_is_asked_for(

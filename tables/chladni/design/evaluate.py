@@ -133,7 +133,7 @@ def _focus(
         seed=seed,
         tolerance=DRAWN_TOLERANCE,
         as_tables=as_tables,
-        clicks=as_tables,
+        in_full=as_tables,
     )
 
 

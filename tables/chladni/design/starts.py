@@ -28,7 +28,7 @@ from chladni.design.spec import Spec
 from chladni.design.variables import Choice, Document
 from chladni.design.weights import FINGER_CLICK, FINGER_LEVEL, FINGER_TERMS
 from chladni.drives.fingers.coupling import LEAST_APART
-from chladni.drives.scoring.clicks import CLICK_HZ
+from chladni.drives.scoring.kept_focus import CLICK_HZ
 from chladni.drives.scoring.survey import active_lattice
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Actuator

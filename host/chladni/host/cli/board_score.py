@@ -101,7 +101,7 @@ def board_score(
             objective=rated,
             samples=drawn if as_json or not is_of_several else 0,  # people are not shown them
             border=True,
-            clicks=rated == "focus" and not is_of_several,
+            in_full=rated == "focus" and not is_of_several,
             seed=seed,
             progress=progress,
         )

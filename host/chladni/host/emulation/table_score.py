@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from chladni.drives.methods import SEED, Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
+from chladni.drives.scoring.kept_focus import click_20mm_db
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import (
     SAMPLES,
@@ -56,6 +57,8 @@ class TableScore(Score):
 
     Attributes
     ----------
+    click_20mm_db
+        Of drives that focus: the second finger from 20 mm on of a rested finger's click.
     objective
         What the drives are best at.
     bytes, bits, pitch_mm
@@ -67,6 +70,7 @@ class TableScore(Score):
         Of the fields.
     """
 
+    click_20mm_db: Spread | None
     objective: str
     frequency_hz: float
     bytes: int
@@ -122,11 +126,13 @@ def score_table(
         border=(rim, played_drives(table, board, rim, frequency_hz=frequency_hz))
         if border
         else None,
-        clicks=section.objective == "focus",
         progress=progress,
     )
     return TableScore(
         **vars(score),
+        click_20mm_db=(
+            click_20mm_db(solved, lattice.places, drives) if section.objective == "focus" else None
+        ),
         objective=section.objective,
         frequency_hz=section.frequency_hz,
         bytes=size,

@@ -18,6 +18,7 @@ from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.threads import in_threads, one_blas_thread
 from chladni.drives.scoring.best_drives import best_drives, mirrored
 from chladni.drives.scoring.board_score import PITCH
+from chladni.drives.scoring.kept_focus import FOAM_TWICE, KeptFocus, kept_of
 from chladni.drives.scoring.progress_steps import StepCounter
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import (
@@ -27,7 +28,6 @@ from chladni.drives.scoring.survey import (
     active_lattice,
     border_places,
     nearest_coils,
-    statistics,
 )
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, drawn_boards, with_foam
 from chladni.drives.scoring.warm_coils import ROOM_C, Warm, board_rise_k, warm
@@ -50,27 +50,9 @@ PRESSES = (0.3, 1.0, 3.0)
 PRESS = 1.0
 """N: that of the row of everything at once."""
 LEAST_PRESS, MOST_PRESS = 0.05, 10.0
-FOAM_TWICE = 2.0
-"""Foam of twice its static stiffness: at 160 Hz it may have 1 to 4 times that of its data sheet."""
 STIFFEST = 3.0
 """Of the boards with everything at once, drawn evenly in the logarithm from 1."""
 PLACES_A_BOARD = 3
-
-
-@dataclass(frozen=True)
-class KeptFocus:
-    """What is left over all places, the border of the active area among them.
-
-    Attributes
-    ----------
-    second_finger_20mm_db
-        RMS under the finger over the loudest disc from 20 mm on; None on a smaller board.
-    finger_um
-        Peak under the finger at the coils' limit; None without a coil.
-    """
-
-    second_finger_20mm_db: Spread | None
-    finger_um: Spread | None
 
 
 @dataclass(frozen=True)
@@ -152,12 +134,12 @@ def score_as_built(
     film = None if has_layer(board) else _DrivenBoard(with_film(board), places, objective, seed)
     most = film or own
     counter = StepCounter(progress, 2 + len(PRESSES) * len(own.presses.places) + samples)
-    nominal = _kept(own.survey.measure(own.values))
-    nearest = _kept(alone.measure(own.values))
+    nominal = kept_of(own.survey.measure(own.values))
+    nearest = kept_of(alone.measure(own.values))
     warm_rows = [own.survey.one(own.values, k, forces) for k, forces in enumerate(own.forces)]
     counter.step()
     stiffer = driven_fields(with_foam(board, FOAM_TWICE), allow_unmet=True).values
-    foam = _kept(own.survey.measure(stiffer))
+    foam = kept_of(own.survey.measure(stiffer))
     counter.step()
     return AsBuilt(
         places=len(places),
@@ -166,15 +148,15 @@ def score_as_built(
         newtons=newtons,
         nominal=nominal,
         nearest_coil=nearest,
-        film=None if film is None else _kept(film.survey.measure(film.values)),
+        film=None if film is None else kept_of(film.survey.measure(film.values)),
         pressed={
-            f"{press:g}": _kept(own.presses.measure(own.survey, press, counter))
+            f"{press:g}": kept_of(own.presses.measure(own.survey, press, counter))
             for press in PRESSES
         },
         pressed_mm=own.presses.deflections_mm(newtons),
-        warm=_kept(np.array(warm_rows)),
+        warm=kept_of(np.array(warm_rows)),
         foam_twice=foam,
-        together=_kept(_together(most, newtons, samples, seed, counter)),
+        together=kept_of(_together(most, newtons, samples, seed, counter)),
         **_heat(board, own.heat),
     )
 
@@ -221,7 +203,7 @@ def score_together(
     """What is left with everything at once, as in the last row of `score_as_built`."""
     places = active_lattice(board, pitch).places + border_places(board, pitch)
     own = _DrivenBoard(board if has_layer(board) else with_film(board), places, "focus", seed)
-    return _kept(_together(own, PRESS, samples, seed, StepCounter(None, samples)))
+    return kept_of(_together(own, PRESS, samples, seed, StepCounter(None, samples)))
 
 
 def drawn_foam(rng: np.random.Generator) -> float:
@@ -239,11 +221,6 @@ def check_press(newtons: float) -> None:
     """
     if not LEAST_PRESS <= newtons <= MOST_PRESS:
         raise ArgumentError("press", newtons, f"{LEAST_PRESS:g} to {MOST_PRESS:g} N")
-
-
-def _kept(measured: FloatArray) -> KeptFocus:
-    found = statistics(measured)
-    return KeptFocus(found.second_finger_20mm_db, found.finger_um)
 
 
 def _heat(board: Board, heat: Sequence[Warm | None]) -> dict[str, Spread | None]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from chladni.drives.methods import SEED, Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.scoring.best_drives import best_drives, table_drives
+from chladni.drives.scoring.kept_focus import KeptFocus, click_20mm_db, on_foam_twice
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import (
     SAMPLES,
@@ -50,6 +51,10 @@ class BoardScore(Score):
     ----------
     compensated
         Whether drives make up for a finger's load, as those of tables do where it takes much.
+    click_20mm_db
+        The second finger from 20 mm on of a click, of a finger that has rested.
+    foam_twice
+        What the same drives leave on foam twice as stiff; both None if they were not asked for.
     contrast_limit_db
         The most contrast that any drive can have, over the places.
     foam_length_mm
@@ -66,6 +71,8 @@ class BoardScore(Score):
 
     objective: str
     compensated: bool
+    click_20mm_db: Spread | None
+    foam_twice: KeptFocus | None
     contrast_limit_db: Spread
     foam_length_mm: float | None
     half_wavelength_mm: float | None
@@ -88,7 +95,7 @@ def score_board(
     objective: str = "focus",
     samples: int = SAMPLES,
     border: bool = False,
-    clicks: bool = False,
+    in_full: bool = False,
     seed: int = SEED,
     tolerance: float = TOLERANCE,
     as_tables: bool = True,
@@ -106,8 +113,8 @@ def score_board(
         Boards drawn within the tolerances; 0 leaves them out.
     border
         Whether places on the border of the active area are scored too.
-    clicks
-        Whether it tells what a click keeps, too.
+    in_full
+        Whether it tells what a click keeps, too, and what is left on foam twice as stiff.
     tolerance
         Relative L² error of the random boards' fields.
     as_tables
@@ -132,7 +139,6 @@ def score_board(
         samples=samples,
         seed=seed,
         border=(rim, every[len(drives) :]) if border else None,
-        clicks=clicks,
         tolerance=tolerance,
         progress=progress,
     )
@@ -140,6 +146,8 @@ def score_board(
         **vars(score),
         objective=objective,
         compensated=compensated,
+        click_20mm_db=click_20mm_db(solved, lattice.places, drives) if in_full else None,
+        foam_twice=on_foam_twice(solved, lattice.places, drives) if in_full else None,
         contrast_limit_db=_contrast_limit(solved, lattice.places),
         foam_length_mm=foam_length_mm(board),
         half_wavelength_mm=half_wavelength_mm(board),

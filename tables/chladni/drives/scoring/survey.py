@@ -11,11 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.fingers.silence import real_part
 from chladni.drives.methods import Progress
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.problem.threads import in_threads, one_blas_thread
-from chladni.drives.scoring.clicks import CLICK_HZ
 from chladni.drives.scoring.felt import MICROMETRE
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, drawn_boards
@@ -111,9 +109,6 @@ class Score(FocusStatistics):
     border
         Places on the border of the active area, which none of the others is; None if that was not
         asked for.
-    click_20mm_db
-        The second finger from 20 mm on of a click, of a finger that has rested (clicks.py); None
-        if that was not asked for.
     perturbed
         The same on boards that are off; None if that was not asked for.
     """
@@ -121,7 +116,6 @@ class Score(FocusStatistics):
     places: int
     border: FocusStatistics | None
     nearest_coil_20mm_db: Spread | None
-    click_20mm_db: Spread | None
     perturbed: Perturbed | None
     maps: Maps
 
@@ -214,7 +208,6 @@ def score_drives(
     samples: int,
     seed: int,
     border: tuple[Sequence[Place], Sequence[ComplexArray]] | None = None,
-    clicks: bool = False,
     tolerance: float = TOLERANCE,
     progress: Progress | None = None,
 ) -> Score:
@@ -226,8 +219,6 @@ def score_drives(
         One a place, complex128, shape (actuators,), any scale.
     border
         Places on the border of the active area and their drives.
-    clicks
-        Tell what a click keeps, too, which takes fields of one more frequency.
     samples
         Boards drawn within the tolerances; 0 leaves them out.
     tolerance
@@ -260,18 +251,9 @@ def score_drives(
         places=len(drives),
         border=None if rim is None else statistics(rim),
         nearest_coil_20mm_db=nearest.second_finger_20mm_db,
-        click_20mm_db=_click_20mm_db(solved, lattice.places, drives) if clicks else None,
         perturbed=perturbed,
         maps=Maps(x / MM, y / MM, lattice.cell_mm, *maps),
     )
-
-
-def _click_20mm_db(
-    solved: SolvedBoard, places: Sequence[Place], drives: Sequence[ComplexArray]
-) -> Spread | None:
-    real = [real_part(drive).astype(np.complex128) for drive in drives]
-    survey, fields = Survey(solved.board, places, real), solved.at_frequency(CLICK_HZ).fields
-    return statistics(survey.measure(fields.values)).second_finger_20mm_db
 
 
 def nearest_coils(board: Board, places: Sequence[Place]) -> list[ComplexArray]:

@@ -17,7 +17,7 @@ from chladni.sim.image.finger import NOTICED_DB, sensation_db
 from chladni.sim.image.metrics import SECOND_FINGER_DISTANCE
 
 if TYPE_CHECKING:
-    from chladni.drives.scoring.as_built import KeptFocus
+    from chladni.drives.scoring.kept_focus import KeptFocus
 
 WIDE_MM = 14.0
 """Coils farther apart than 12 mm, about a fingertip, leave places between them (docs/focus.md)."""
@@ -156,8 +156,9 @@ def of_board(
             f"{kept.p10:z.0f} at the worst tenth{of_click(two.click_db)}, {known_as}"
             f"{_within_tolerances(two)}."
             f"{_each(two, frequency_hz) if for_fingers else ''}"
-            f"{_on_stiffer_foam(two, foam_twice)}"
         )
+    apart += _on_stiffer_foam(two, foam_twice, None if for_fingers else score.foam_twice)
+    apart = apart.strip()
     if for_fingers and apart:
         return apart
     if known is None or known.median >= NOTICED_DB:
@@ -190,16 +191,27 @@ def _each(two: CountScore, frequency_hz: float) -> str:
     return told + (f"; of a click alone {click.median:.2g} and {click.p10:.2g}." if click else ".")
 
 
-def _on_stiffer_foam(two: CountScore, foam: KeptApart | None) -> str:
-    """What two fingers keep of that where the foam differs most from its data sheet."""
-    if foam is None:
+def _on_stiffer_foam(
+    two: CountScore | None, foam: KeptApart | None, alone: KeptFocus | None
+) -> str:
+    """What is kept of that where the foam differs most from its data sheet."""
+    kept = []
+    if alone is not None and alone.second_finger_20mm_db is not None:
+        away, um = alone.second_finger_20mm_db, alone.finger_um
+        level = f" and {um.median:.2g} µm" if um else ""
+        kept += [f"20 mm from one finger {away.median:z.0f} and {away.p10:z.0f} dB{level}"]
+    if two is not None and foam is not None:
+        told = f"two fingers {foam.isolation_db.median:z.0f} and {foam.isolation_db.p10:z.0f} dB"
+        if two.finger_um is not None and foam.finger_um is not None:
+            told += (
+                f", and {foam.finger_um.median:.2g} µm each instead of {two.finger_um.median:.2g}"
+            )
+        kept += [told]
+    if not kept:
         return ""
-    told = f"{foam.isolation_db.median:z.0f} and {foam.isolation_db.p10:z.0f} dB"
-    if two.finger_um is not None and foam.finger_um is not None:
-        told += f", and {foam.finger_um.median:.2g} µm each instead of {two.finger_um.median:.2g}"
     often = " Foam is often twice as stiff as its data sheet says"
     until = "until `chladni calibrate` finds the board's own drives"
-    return f"{often}: that leaves two fingers {told}, {until}."
+    return f"{often}: that leaves {', '.join(kept)}, {until}."
 
 
 def _remedy(score: BoardScore, tried: Sequence[Remedy]) -> str:

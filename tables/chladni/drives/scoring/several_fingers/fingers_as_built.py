@@ -19,13 +19,13 @@ from chladni.drives.methods import SEED, Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.threads import in_threads, one_blas_thread
 from chladni.drives.scoring.as_built import (
-    FOAM_TWICE,
     PRESS,
     check_press,
     drawn_foam,
     has_layer,
     with_film,
 )
+from chladni.drives.scoring.kept_focus import FOAM_TWICE
 from chladni.drives.scoring.progress_steps import StepCounter
 from chladni.drives.scoring.several_fingers.finger_sets import (
     FingerSet,

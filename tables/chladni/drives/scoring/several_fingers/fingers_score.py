@@ -27,8 +27,8 @@ from chladni.drives.methods import SEED, Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.threads import one_blas_thread
 from chladni.drives.scoring.as_built import PRESS
-from chladni.drives.scoring.clicks import CLICK_HZ, CLICK_PEAK
 from chladni.drives.scoring.felt import MICROMETRE
+from chladni.drives.scoring.kept_focus import CLICK_HZ, CLICK_PEAK
 from chladni.drives.scoring.progress_steps import StepCounter
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
 from chladni.drives.scoring.several_fingers.kept_apart import (

@@ -1,0 +1,75 @@
+"""What is left of a focus where a click plays in place of a tone, or where the foam is stiffer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.drives.fingers.silence import real_part
+from chladni.drives.problem.problem import SolvedBoard
+from chladni.drives.scoring.spread import Spread
+from chladni.drives.scoring.survey import Place, Survey, statistics
+from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, with_foam
+from chladni.sim.fields.driven import driven_fields
+
+ComplexArray = NDArray[np.complex128]
+FloatArray = NDArray[np.float64]
+
+CLICK_HZ = 200.0
+"""What a click keeps is what its real gains, found at the board's own frequency, keep here.
+
+Of two fingers on 22 boards on feet and on foam medians and worst tenths are within 2 dB of clicks
+over time on the same plates where the first mode lies at 250 Hz or above. Below that they are
+within 4, and a tone of 160 Hz keeps up to 17 dB more than a click
+(bench/several_fingers/clicks.py). Beside one finger that has rested they are 0.6 to 2 dB above
+clicks over time (`strip5`, `quiet5`, `pad16` and a pad of nine coils on steel)."""
+CLICK_PEAK = 0.89
+"""Largest sample of the shipped click behind its low-pass."""
+FOAM_TWICE = 2.0
+"""Foam of twice its static stiffness: at 160 Hz it may have 1 to 4 times that of its data sheet."""
+
+
+@dataclass(frozen=True)
+class KeptFocus:
+    """What is left over places all over a board.
+
+    Attributes
+    ----------
+    second_finger_20mm_db
+        RMS under the finger over the loudest disc from 20 mm on; None on a smaller board.
+    finger_um
+        Peak under the finger at the coils' limit; None without a coil.
+    """
+
+    second_finger_20mm_db: Spread | None
+    finger_um: Spread | None
+
+
+def kept_of(measured: FloatArray) -> KeptFocus:
+    """Of rows as `Survey.measure` has them."""
+    found = statistics(measured)
+    return KeptFocus(found.second_finger_20mm_db, found.finger_um)
+
+
+def click_20mm_db(
+    solved: SolvedBoard, places: Sequence[Place], drives: Sequence[ComplexArray]
+) -> Spread | None:
+    """What a click by the drives of places leaves 20 mm away, of fingers that have rested."""
+    real = [real_part(drive).astype(np.complex128) for drive in drives]
+    fields = solved.at_frequency(CLICK_HZ).fields.values
+    return kept_of(Survey(solved.board, places, real).measure(fields)).second_finger_20mm_db
+
+
+def on_foam_twice(
+    solved: SolvedBoard, places: Sequence[Place], drives: Sequence[ComplexArray]
+) -> KeptFocus | None:
+    """What drives leave on foam twice as stiff; None on none, or on foam that was measured."""
+    board = solved.board
+    stiffer = with_foam(board, FOAM_TWICE)
+    if stiffer is board or board.measured:
+        return None
+    fields = driven_fields(stiffer, tolerance=DRAWN_TOLERANCE, allow_unmet=True)
+    return kept_of(Survey(board, places, drives).measure(np.asarray(fields.values)))
