@@ -10,7 +10,7 @@ import pytest
 
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import SolvedBoard, solved_board
-from chladni.drives.scoring.kept_focus import click_20mm_db
+from chladni.drives.scoring.kept_focus import click_20mm_db, click_um
 from chladni.drives.scoring.several_fingers.finger_sets import (
     finger_discs,
     finger_sets,
@@ -127,6 +127,9 @@ def test_a_click_beside_one_finger_is_reckoned_within_3_db_of_the_pins(
     assert len(levels) == 3
     assert score.median == pytest.approx(np.median(levels), abs=3.0)
     assert np.median(levels) > 8.0
+    um = click_um(solved_board(board), places, drives)
+    assert um is not None
+    assert um.median == pytest.approx(np.median([own.peak_um for own in played]), rel=0.12)
 
 
 def test_places_have_what_each_of_them_has_alone(chladni: CommandLine, path: Path) -> None:

@@ -11,8 +11,12 @@ from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.best_drives import best_drives
 from chladni.drives.scoring.board_score import score_board
+from chladni.drives.scoring.kept_focus import click_um
+from chladni.drives.scoring.several_fingers.finger_sets import pressed_fields
 from chladni.drives.scoring.survey import active_lattice, score_drives
+from chladni.sim.coil.full_drive import full_drive
 from chladni.sim.image import metrics
+from chladni.sim.image.finger import pressing_stiffness
 from conftest import shipped_board
 
 
@@ -35,6 +39,23 @@ def test_a_click_keeps_what_the_real_part_of_its_drive_keeps_at_200_hz() -> None
     assert score.click_20mm_db is not None
     assert score.click_20mm_db.median == pytest.approx(float(np.median(found)), abs=0.01)
     assert score_board(board, samples=0, pitch=24e-3).click_20mm_db is None
+
+
+def test_a_click_s_peak_is_of_a_pressed_plate_at_the_coils_limit() -> None:
+    """The finger as a spring on the plate that is solved with it, the drive at a volt's limit."""
+    board = shipped_board("strip5")
+    place = (0.0, 12e-3)
+    drive = best_drives(solved_board(board), [place], "focus", SEED)[0]
+    found = click_um(solved_board(board), [place], [drive])
+    turned = drive * np.exp(-0.5j * np.angle(np.sum(drive**2)))
+    full = full_drive(board, turned.real.astype(complex), 160.0)
+    fields = pressed_fields(solved_board(board), np.array([place]), pressing_stiffness(1.0, 160.0))
+    disc = metrics.disc_mask(board.x, board.y, place, metrics.FINGERTIP_RADIUS)
+    assert full is not None
+    share = turned.real / np.abs(turned.real).max()
+    moved = abs(np.tensordot(share, fields, axes=1)[disc].mean()) * full.newtons
+    assert found is not None
+    assert found.median == pytest.approx(0.89e6 * moved, rel=1e-3)
 
 
 def test_stiffer_foam_leaves_what_the_same_drives_leave_on_its_plate() -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from chladni.drives.methods import SEED, Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
-from chladni.drives.scoring.kept_focus import click_20mm_db
+from chladni.drives.scoring.kept_focus import click_20mm_db, click_um
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import (
     SAMPLES,
@@ -57,8 +57,9 @@ class TableScore(Score):
 
     Attributes
     ----------
-    click_20mm_db
-        Of drives that focus: the second finger from 20 mm on of a rested finger's click.
+    click_20mm_db, click_um
+        Of drives that focus: the second finger from 20 mm on of a rested finger's click, and its
+        peak under one that presses.
     objective
         What the drives are best at.
     bytes, bits, pitch_mm
@@ -71,6 +72,7 @@ class TableScore(Score):
     """
 
     click_20mm_db: Spread | None
+    click_um: Spread | None
     objective: str
     frequency_hz: float
     bytes: int
@@ -128,11 +130,11 @@ def score_table(
         else None,
         progress=progress,
     )
+    focuses = section.objective == "focus"
     return TableScore(
         **vars(score),
-        click_20mm_db=(
-            click_20mm_db(solved, lattice.places, drives) if section.objective == "focus" else None
-        ),
+        click_20mm_db=click_20mm_db(solved, lattice.places, drives) if focuses else None,
+        click_um=click_um(solved, lattice.places, drives) if focuses else None,
         objective=section.objective,
         frequency_hz=section.frequency_hz,
         bytes=size,

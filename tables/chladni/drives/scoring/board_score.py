@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from chladni.drives.methods import SEED, Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.scoring.best_drives import best_drives, table_drives
-from chladni.drives.scoring.kept_focus import KeptFocus, click_20mm_db, on_foam_twice
+from chladni.drives.scoring.kept_focus import KeptFocus, click_20mm_db, click_um, on_foam_twice
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import (
     SAMPLES,
@@ -51,10 +51,11 @@ class BoardScore(Score):
     ----------
     compensated
         Whether drives make up for a finger's load, as those of tables do where it takes much.
-    click_20mm_db
-        The second finger from 20 mm on of a click, of a finger that has rested.
+    click_20mm_db, click_um
+        The second finger from 20 mm on of a click, of a finger that has rested, and its peak under
+        one that presses.
     foam_twice
-        What the same drives leave on foam twice as stiff; both None if they were not asked for.
+        What the same drives leave on foam twice as stiff; all None if they were not asked for.
     contrast_limit_db
         The most contrast that any drive can have, over the places.
     foam_length_mm
@@ -72,6 +73,7 @@ class BoardScore(Score):
     objective: str
     compensated: bool
     click_20mm_db: Spread | None
+    click_um: Spread | None
     foam_twice: KeptFocus | None
     contrast_limit_db: Spread
     foam_length_mm: float | None
@@ -147,6 +149,7 @@ def score_board(
         objective=objective,
         compensated=compensated,
         click_20mm_db=click_20mm_db(solved, lattice.places, drives) if in_full else None,
+        click_um=click_um(solved, lattice.places, drives) if in_full else None,
         foam_twice=on_foam_twice(solved, lattice.places, drives) if in_full else None,
         contrast_limit_db=_contrast_limit(solved, lattice.places),
         foam_length_mm=foam_length_mm(board),
