@@ -63,6 +63,25 @@ def test_without_a_table_it_is_told_what_plays_and_each_of_few_pairs(
     assert "rested" not in played.out
 
 
+def test_pairs_lie_as_far_apart_as_is_asked(chladni: CommandLine, table: Path) -> None:
+    """And the score of the same pairs is named, of a click."""
+    words = ("--emulator", "--board", "strip5", "--table", table)
+    found = chladni("play", "click", *words, "--pairs", "1", "--apart", "40", "--json")
+    assert found.code == 0, found.err
+    drawn = finger_sets(load_board("strip5"), 2, 1, 40e-3, np.random.default_rng(SEED)) / MM
+    assert np.allclose(found.json["worst_at_mm"], drawn[0])
+    assert np.hypot(*np.subtract(*found.json["worst_at_mm"])) >= 40.0
+    assert "`chladni fingers strip5 --fingers 2 --sets 1 --apart 40` reckons" in found.err
+    for more, named in (
+        (("--at", "0,0", "--apart", "40"), "--pairs is required: how many pairs are drawn"),
+        (("--pairs", "1", "--apart", "100"), "--apart: expected less: 2 fingers have no room"),
+        (("--pairs", "1", "--apart", "3"), "--apart: expected 16 to 1000 mm, got 3"),
+    ):
+        refused = chladni("play", "click", *words, *more)
+        assert (refused.code, refused.out) == (2, "")
+        assert named in " ".join(refused.err.split())
+
+
 def _over_db(fingers: list[dict[str, Any]]) -> list[float]:
     return [one["over_other_effect_db"] for one in fingers]
 

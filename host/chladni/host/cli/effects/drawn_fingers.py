@@ -87,6 +87,7 @@ def play_drawn(
     *,
     pairs: bool,
     together: bool,
+    apart: float,
     as_json: bool,
     **how: Any,
 ) -> None:
@@ -95,7 +96,8 @@ def play_drawn(
     The effects are of the first finger of each and maybe of the second, or, if there are none, of
     the bank's areas: the first finger presses one of them, `together` both. Pairs are the first of
     those that `fingers` and `board score` draw, of a bank those in its areas. Of few people get
-    each in place of shares of them. `how`: as of `play_effect`.
+    each in place of shares of them. Fingers of a pair lie `apart` or more, m. `how`: as of
+    `play_effect`.
     """
     bank = None if effects else bank_for(connection)
     setup = setup_of(connection, (), hidden)
@@ -106,7 +108,7 @@ def play_drawn(
             return of_effects(effects, places)
         return of_bank(bank, places, together=together)
 
-    drawn = _drawn(setup, presses_at, count, pairs=pairs)
+    drawn = _drawn(setup, presses_at, count, apart if pairs else None)
     found = _played(setup, drawn, how if pairs else how | {"unknown": True})
     if bank is None:
         say_short_places([one for own in found for one in own], how["level_um"])
@@ -122,6 +124,11 @@ def play_drawn(
         known | rows | {"rested": _rested(found[0][0])}
     )
     answer(rows, as_json=as_json, title=setup.played_on)
+    if pairs and names == ["click"]:
+        say(
+            f"`chladni fingers {connection.board} --fingers 2 --sets {count} --apart "
+            f"{apart / MM:g}` reckons a click of these pairs: both fingers of each count there"
+        )
     if FEW <= count < MANY:
         say(f"the worst tenth of {count} is {count // 10} of them: of more it may lie 5 dB lower")
 
@@ -213,25 +220,33 @@ def _of_unknown(drawn: Drawn, found: Found, _: Sequence[str], *, as_json: bool) 
 
 
 def _drawn(
-    setup: Setup, presses_at: Callable[[Sequence[Place]], list[Press]], count: int, *, pairs: bool
+    setup: Setup,
+    presses_at: Callable[[Sequence[Place]], list[Press]],
+    count: int,
+    apart: float | None,
 ) -> list[list[Press]]:
     """Presses of so many drawn sets of fingers, those left out that press no area of a bank.
+
+    Pairs whose fingers lie `apart` or more, m; None of one finger alone.
 
     Raises
     ------
     InputError
         The board has no room for two fingers, or a bank's areas are too few or too small.
     """
-    rng, found = np.random.default_rng(SEED), []
+    rng, found, fingers = np.random.default_rng(SEED), [], 1 if apart is None else 2
     for _ in range(count * MOST_DRAWS):
-        (places,) = finger_sets(setup.board, 2 if pairs else 1, 1, LEAST_APART, rng) / MM
+        (places,) = finger_sets(setup.board, fingers, 1, apart or LEAST_APART, rng) / MM
         try:
             found.append(presses_at([(x, y) for x, y in places.tolist()]))
         except ArgumentError:
             continue
         if len(found) == count:
             return found
-    option, hint = "--pairs" if pairs else "--places", "are its areas on the board, and apart?"
+    option, hint = (
+        "--places" if apart is None else "--pairs",
+        "are its areas on the board, and apart?",
+    )
     raise ArgumentError(option, count, "a bank that many drawn fingers meet", hint=hint)
 
 

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
+from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS
 from chladni.effects.bank.areas import LEAST_UM, MOST_UM
 from chladni.effects.files import ReadEffect, read_effect
@@ -23,6 +24,7 @@ from chladni.host.cli.effects.drawn_fingers import MOST_DRAWN, check_drawn, play
 from chladni.host.cli.effects.emulated import play_emulated, play_emulated_bank
 from chladni.host.cli.effects.on_device import play_on_device
 from chladni.host.cli.effects.remarks import say_filtered
+from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ConflictError, InputError, MissingError
 
 
@@ -114,6 +116,13 @@ def play(
             "20 mm away or farther that no panel reports.",
         ),
     ] = None,
+    apart: Annotated[
+        float | None,
+        typer.Option(
+            callback=within(LEAST_APART / MM, 1000.0, "mm"),
+            help=f"Between fingers of drawn pairs, mm; {LEAST_APART / MM:g} if left out.",
+        ),
+    ] = None,
     figure: FigureOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -129,13 +138,20 @@ def play(
         given |= {} if pairs is None else {"--places": drawn}
         of_bank = connection.emulated_bank is not None
         given |= {"--rested": rested} if of_bank else {}
+        given |= {} if pairs is not None else {"--apart": apart}
         kind = {"pairs": pairs is not None, "together": together}
         check_drawn(connection, (effect, other_effect), given, **kind)
         effects = [] if of_bank else [_read(effect).effect]
         if other_effect is not None:
             effects.append(_read(other_effect, "--other-effect").effect)
-        play_drawn(connection, effects, pairs or drawn or 1, hidden, **kind, **how, **of_emulated)
+        play_drawn(
+            *(connection, effects, pairs or drawn or 1, hidden),
+            apart=LEAST_APART if apart is None else apart * MM,
+            **(kind | how | of_emulated),
+        )
         return
+    if apart is not None:
+        raise MissingError("--pairs", "how many pairs are drawn, that far --apart")
     places = _places(at, other)
     check_figure(figure)
     check_one_of(
