@@ -97,6 +97,13 @@ def test_an_emphasis_is_felt_beside_a_loud_signal_and_room_is_made_once(tmp_path
     assert np.abs(kept.samples(SIGNAL_HZ) - effect.samples(SIGNAL_HZ)).max() < 1e-3
 
 
+def test_times_that_go_back_are_told_in_seconds(tmp_path: Path) -> None:
+    document = json.loads(json.dumps(HAPTIC))
+    document["signals"]["continuous"]["envelopes"]["amplitude"][1]["time"] = 100.0
+    with pytest.raises(InputError, match="expected a number from 100 to 600 s"):
+        read_effect(written(tmp_path, "a.haptic", document))
+
+
 def test_a_haptic_file_without_frequencies_plays_the_middle(tmp_path: Path) -> None:
     document = json.loads(json.dumps(HAPTIC))
     del document["signals"]["continuous"]["envelopes"]["frequency"]

@@ -73,5 +73,8 @@ def test_commands_list_show_and_convert(chladni: CommandLine, tmp_path: Path) ->
     refused = chladni("effects", "convert", path, "-o", tmp_path / "b.mp3")
     assert (refused.code, "ends in .ahap or .haptic" in refused.err) == (2, True)
     assert not (tmp_path / "b.mp3").exists()
+    slow = json.loads(json.dumps(HAPTIC).replace('"time": 0.4', '"time": 300'))
+    asked = chladni("effects", "show", written(tmp_path, "ms.haptic", slow)).err
+    assert "it lasts 300 s: .haptic and AHAP have seconds" in " ".join(asked.split())
     missing = chladni("effects", "show", "no.ahap")
     assert (missing.code, "a readable file" in missing.err) == (2, True)

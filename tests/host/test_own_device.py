@@ -17,6 +17,7 @@ from chladni.host.device.device import Device
 from chladni.host.device.wires.wire import SerialWire
 from chladni.host.emulation.flash_file import AREAS, FlashFile
 from chladni.sim.board.file import load_board
+from chladni.sim.board.writing import board_file
 from chladni.sim.errors import InputError
 from chladni.tables.build import build_table
 from chladni.tables.format import pack
@@ -248,6 +249,9 @@ def test_a_hidden_plate_is_of_a_board_that_is_served(chladni: CommandLine, tmp_p
         done = chladni(*words)
         assert (done.code, said in done.err) == (2, True), done.err
     assert chladni(*served, "--hidden", "7", "--board", "strip5").code == 0
+    own = tmp_path / "bar.toml"
+    own.write_bytes(board_file(replace(load_board("strip5"), name="bar"), []))
+    assert chladni(*served, "--hidden", "bar@7", "--board", own).code == 0
 
 
 def test_a_new_flash_file_is_blank(tmp_path: Path) -> None:

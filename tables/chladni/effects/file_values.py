@@ -59,14 +59,16 @@ class FileValue:
         """Whether the file has it, and not as null."""
         return self.value is not _MISSING and self.value is not None
 
-    def number(self, low: float, high: float, default: float | None = None) -> float:
+    def number(
+        self, low: float, high: float, default: float | None = None, *, unit: str = ""
+    ) -> float:
         """A number within bounds."""
         if not self.is_there and default is not None:
             return default
         value = self.value
         if isinstance(value, int | float) and not isinstance(value, bool) and low <= value <= high:
             return float(value)
-        raise self.error(f"a number from {low:g} to {high:g}")
+        raise self.error(f"a number from {low:g} to {high:g}{unit and ' '}{unit}")
 
     def text(self) -> str:
         """A string."""

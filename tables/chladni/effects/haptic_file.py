@@ -89,7 +89,7 @@ def _points(values: list[FileValue], key: str) -> list[tuple[float, float]]:
     found: list[tuple[float, float]] = []
     for one in values:
         low = found[-1][0] if found else 0.0
-        found.append((one["time"].number(low, MOST_S), one[key].number(0.0, 1.0)))
+        found.append((one["time"].number(low, MOST_S, unit="s"), one[key].number(0.0, 1.0)))
     return found
 
 

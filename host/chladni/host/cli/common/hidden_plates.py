@@ -34,7 +34,8 @@ def named_plate(board: Board, asked: str | None) -> HiddenPlate | None:
     if board.measured is not None and not at:
         hint = f"name the board that was calibrated, as in --hidden BOARD@{seed}"
         raise InputError("--hidden", asked, "BOARD@SEED with a board that was measured", hint=hint)
-    plate = hidden_plate(load_board(name, "hidden") if at else board, int(seed))
+    is_own = not at or (name == board.name and board.measured is None)
+    plate = hidden_plate(board if is_own else load_board(name, "hidden"), int(seed))
     _check_alike(board, plate.board, asked)
     return plate
 

@@ -176,7 +176,8 @@ def written_on_board(output: Path, drawn: int, samples: int) -> OnBoard:
         if is_best and not stays:
             told = [
                 "The best board so far. Its figures are too good: of many it is the luckiest one",
-                f"by {drawn} random boards. At the end the last few get up to {samples}.",
+                f"by {drawn} random boards, and by fewer pairs of fingers than it gets at the end.",
+                f"Then the last few get up to {samples} random boards.",
                 "The same command continues the search if it was stopped,",
                 "and with --minutes 0 ends it: with the front, the figure and the full scores.",
                 *about_entry(entry),

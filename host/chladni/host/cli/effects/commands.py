@@ -15,7 +15,7 @@ from chladni.effects.effect import kinds
 from chladni.effects.files import WRITERS, read_effect, shipped_effects
 from chladni.host.cli.common.command_group import CommandGroup
 from chladni.host.cli.common.options import FigureOption, JsonOption, check_figure
-from chladni.host.cli.common.output import answer, check_output, write_figure
+from chladni.host.cli.common.output import answer, check_output, say, write_figure
 from chladni.host.cli.effects.bank import build, flash, show_bank
 from chladni.host.cli.effects.listening import listen
 from chladni.host.cli.effects.remarks import say_filtered
@@ -25,6 +25,8 @@ from chladni.sim.files import write_whole
 effects_app = typer.Typer(
     cls=CommandGroup, no_args_is_help=True, help="List, show and convert effects; build banks."
 )
+LONG_S = 20.0
+"""Effects that last longer are asked about: their times may be milliseconds."""
 EffectArgument = Annotated[
     str,
     typer.Argument(metavar="EFFECT", help="Its name, or a .haptic, .ahap, .hjif, .wav or .toml."),
@@ -86,6 +88,8 @@ def effects_show(
     read = read_effect(effect, field="EFFECT")
     samples = read.effect.samples(SIGNAL_HZ)
     say_filtered(read.effect)
+    if read.effect.lasts_s > LONG_S:
+        say(f"it lasts {read.effect.lasts_s:.0f} s: .haptic and AHAP have seconds, .toml has ms")
     if figure is not None:
         from chladni.host.figures.effects import effect_figure  # noqa: PLC0415
 
