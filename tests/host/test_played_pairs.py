@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.several_fingers.finger_sets import finger_sets
+from chladni.host.cli.effects.drawn_fingers import too_weak
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
 from chladni.tables.format import pack
@@ -105,6 +107,13 @@ def test_pairs_of_two_effects_have_what_each_has_alone(chladni: CommandLine, tab
         f"{worst[0]:.0f} at the worst; B gets {b:.0f} dB more of its tick than of A's click at the "
         f"median, {worst[1]:.0f} at the worst."
     )
+
+
+@pytest.mark.parametrize(("just_felt", "told"), [(0.36, "at 1 of 2"), (0.2, ""), (None, "")])
+def test_effects_that_no_finger_feels_are_counted(just_felt: float | None, told: str) -> None:
+    played: Any = [SimpleNamespace(peak_um=um, just_felt_um=just_felt) for um in (0.28, 0.9)]
+    assert too_weak(played).endswith(told)
+    assert bool(too_weak(played)) == bool(told)
 
 
 TWO_KEYS = """

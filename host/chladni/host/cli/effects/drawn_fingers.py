@@ -155,6 +155,7 @@ def _of_two(drawn: Drawn, found: Found, effects: Sequence[str], *, as_json: bool
     if not effects:
         every = levels.ravel().tolist()
         told = _told(every, "more of its own effect than of the other's")
+        told += too_weak([one for own in found for one in own])
         peaks = _peaks([one for own in found for one in own])
         spreads = _spreads({"peak_um": peaks, key: every}, as_json=as_json)
         spreads |= _worst(drawn, levels.min(axis=1).tolist(), as_json=as_json)
@@ -163,13 +164,21 @@ def _of_two(drawn: Drawn, found: Found, effects: Sequence[str], *, as_json: bool
     sentences, rows = [], []
     for own, other in ((0, 1), (1, 0)):
         more = f"more of its {effects[own]} than of {'AB'[other]}'s {effects[other]}"
-        sentences.append(f"{'AB'[own]} gets {_told(levels[:, own].tolist(), more)}")
+        told = _told(levels[:, own].tolist(), more) + too_weak([one[own] for one in found])
+        sentences.append(f"{'AB'[own]} gets {told}")
         peaks = _peaks([one[own] for one in found])
         spreads = _spreads({"peak_um": peaks, key: levels[:, own].tolist()}, as_json=as_json)
         rows.append({"name": "AB"[own], "effect": effects[own]} | spreads)
     result: dict[str, Any] = {"verdict": f"{'; '.join(sentences)}."}
     result |= _worst(drawn, levels.min(axis=1).tolist(), as_json=as_json)
     return result | by_name("fingers", rows, as_json=as_json)
+
+
+def too_weak(played: Sequence[PlayedEffect]) -> str:
+    """At how many pairs an effect is too weak, where it is at any."""
+    count = sum(one.peak_um < (one.just_felt_um or 0.0) for one in played)
+    of = f", too weak for a resting finger to feel at {count} of {len(played)}"
+    return of if count else ""
 
 
 def _by_area(drawn: Drawn, found: Found, levels: FloatArray, *, as_json: bool) -> dict[str, Any]:
