@@ -9,6 +9,7 @@ not felt (Lofelt's own renderer: 30 ms before and behind it, for motors).
 from __future__ import annotations
 
 import json
+from bisect import bisect_left, bisect_right
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,6 @@ from chladni.effects.effect import (
     MOST_POINTS,
     MOST_S,
     Click,
-    Curve,
     Effect,
     Tone,
     curve_of,
@@ -59,28 +59,34 @@ def read_haptic(path: Path, field: str) -> tuple[Effect, list[str]]:
         if emphasis.is_there:
             size = emphasis["amplitude"].number(0.0, 1.0)
             clicks.append(Click(at, size, to_hz(emphasis["frequency"].number(0.0, 1.0))))
-    tone = Tone(amplitude[0][0], amplitude[-1][0], _with_room(amplitude, clicks), curve_of(hertz))
+    points = _with_room(amplitude, clicks)
+    if len(points) > MOST_POINTS:
+        raise envelopes["amplitude"].error(f"{MOST_POINTS:,} breakpoints, four for each emphasis")
+    tone = Tone(amplitude[0][0], amplitude[-1][0], curve_of(points), curve_of(hertz))
     return Effect(path.stem, (tone, *clicks)), left_out
 
 
-def _with_room(points: list[tuple[float, float]], clicks: list[Click]) -> Curve:
+def _with_room(points: list[tuple[float, float]], clicks: list[Click]) -> list[tuple[float, float]]:
     """The envelope, silent beside and under each click."""
     begins, ends = points[0][0], points[-1][0]
-    for click in clicks:
-        if click.amplitude == 0.0:
-            continue
+    gaps: list[tuple[float, float]] = []
+    for click in (own for own in clicks if own.amplitude > 0.0):
         low, high = max(begins, click.begins_s - ROOM_S), min(ends, click.ends_s + ROOM_S)
-        inside = [value for at, value in points if low <= at <= high]
-        # Where a step is already, what was before it stays.
-        ends_at = np.array([np.nextafter(low, begins - 1.0), high])
-        before, after = curve_of(points).at(ends_at).tolist()
-        if max(before, after, *inside) > 0.0:
-            room = [(low, before), (low, 0.0), (high, 0.0), (high, after)]
-            points = sorted(
-                [*room, *(own for own in points if not low <= own[0] <= high)],
-                key=lambda own: own[0],
-            )
-    return curve_of(points)
+        if gaps and low <= gaps[-1][1]:
+            low, high = gaps[-1][0], max(gaps.pop()[1], high)
+        gaps.append((low, high))
+    curve, times = curve_of(points), [at for at, _ in points]
+    # Where a step is already, what was before it stays.
+    before = curve.at(np.array([np.nextafter(low, begins - 1.0) for low, _ in gaps])).tolist()
+    after = curve.at(np.array([high for _, high in gaps])).tolist()
+    made: list[tuple[float, float]] = []
+    done = 0
+    for (low, high), early, late in zip(gaps, before, after, strict=True):
+        first, last = bisect_left(times, low), bisect_right(times, high)
+        if early or late or any(value for _, value in points[first:last]):
+            made += [*points[done:first], (low, early), (low, 0.0), (high, 0.0), (high, late)]
+            done = last
+    return [*made, *points[done:]]
 
 
 def _points(values: list[FileValue], key: str) -> list[tuple[float, float]]:

@@ -62,7 +62,7 @@ def say_mirrored(board: Board) -> None:
 
 
 def _ramp(board: Board) -> str:
-    """What makes a bias softer, where it is not yet, and how much."""
+    """What makes a bias softer, where it is not yet."""
     own = board.electronics.ramp_ms
     if own >= SOFT_RAMP_MS:
         return ""

@@ -34,10 +34,19 @@ def named_plate(board: Board, asked: str | None) -> HiddenPlate | None:
     if board.measured is not None and not at:
         hint = f"name the board that was calibrated, as in --hidden BOARD@{seed}"
         raise InputError("--hidden", asked, "BOARD@SEED with a board that was measured", hint=hint)
-    is_own = not at or (name == board.name and board.measured is None)
-    plate = hidden_plate(board if is_own else load_board(name, "hidden"), int(seed))
+    plate = hidden_plate(_named(board, name) if at else board, int(seed))
     _check_alike(board, plate.board, asked)
     return plate
+
+
+def _named(board: Board, name: str) -> Board:
+    """A shipped board, that of a file, or the one beside which it is named."""
+    try:
+        return load_board(name, "hidden")
+    except InputError:
+        if name == board.name and board.measured is None:
+            return board
+        raise
 
 
 def _check_alike(board: Board, other: Board, asked: str) -> None:
