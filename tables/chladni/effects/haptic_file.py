@@ -61,7 +61,9 @@ def read_haptic(path: Path, field: str) -> tuple[Effect, list[str]]:
             clicks.append(Click(at, size, to_hz(emphasis["frequency"].number(0.0, 1.0))))
     points = _with_room(amplitude, clicks)
     if len(points) > MOST_POINTS:
-        raise envelopes["amplitude"].error(f"{MOST_POINTS:,} breakpoints, four for each emphasis")
+        raise envelopes["amplitude"].error(
+            f"at most {MOST_POINTS:,} breakpoints, with four for each emphasis"
+        )
     tone = Tone(amplitude[0][0], amplitude[-1][0], curve_of(points), curve_of(hertz))
     return Effect(path.stem, (tone, *clicks)), left_out
 
