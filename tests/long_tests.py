@@ -19,6 +19,7 @@ LONG = (
     "calibration/test_slopes.py",
     "calibration/test_flux.py::test_coils_that_play_quietly_are_read_for_longer",
     "calibration/test_disturbed_readings.py",
+    "calibration/test_feet.py::test_a_board_that_is_as_drawn_keeps_its_rigid_screws",
     "calibration/test_unlike_pairs.py",
     "calibration/test_coil_readings.py::test_what_is_too_loud_is_said_and_read_at_half",
     "calibration/test_sound.py::test_a_recording_is_calibrated_with",

@@ -1,4 +1,4 @@
-"""Calibration of boards on feet: each is found, and one that does not carry is named."""
+"""Calibration of what holds a board: feet, one that does not carry, and screws that are rigid."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ import pytest
 from calibration.reading_arithmetic import read_hidden
 from calibration.small_board import small_board
 from chladni.calibration import fit_board, hidden_plate
+from chladni.calibration.hidden import given_plate
 from chladni.sim.board.board import Board
+from chladni.sim.board.file import load_board
 from chladni.sim.board.parts import Spring
 from chladni.sim.errors import InputError
 
@@ -65,3 +67,12 @@ def test_a_foot_that_hardly_touches_or_does_not_is_named(board: Board, share: fl
         fit_board(drawn, read_hidden(plate))
     told = str(caught.value)
     assert told.endswith(f"does it touch? Measure again; {board.actuators[2].name} is reversed")
+
+
+def test_a_board_that_is_as_drawn_keeps_its_rigid_screws() -> None:
+    """The fit softens screws by stand-offs, and none is as stiff as what the file draws."""
+    board = load_board("prototype")
+    found = fit_board(board, read_hidden(given_plate(board, board)))
+    assert "screws" not in [own.name for own in found.parameters]
+    assert found.board.screws == board.screws
+    assert found.left < 1.5

@@ -112,7 +112,7 @@ def test_the_loudest_other_finger_is_found_wherever_it_lies(
 def test_a_click_beside_one_finger_is_reckoned_within_3_db_of_the_pins(
     board: Board, solved: list[SolvedBoard]
 ) -> None:
-    """A score reckons it from one frequency, at rest; the pins play it under 1 N."""
+    """A score reckons it from one frequency, under the same press."""
     table = build_table(board, objective="focus", jobs=1)[0]
     places = [(0.0, y * MM) for y in (-20.0, -4.0, 10.0)]
     drives = played_drives(table, board, places)

@@ -21,11 +21,11 @@ from conftest import shipped_board
 
 
 def test_a_click_keeps_what_the_real_part_of_its_drive_keeps_at_200_hz() -> None:
-    """Found another way: of all phases by a scan, and on a board that is solved for 200 Hz."""
+    """Found another way: phases by a scan, the finger on a board that is solved for 200 Hz."""
     board = shipped_board("strip5")
     score = score_board(board, samples=0, pitch=12e-3, in_full=True)
     at_200 = replace(board, drive=replace(board.drive, frequency_hz=200.0))
-    fields, found = solved_board(at_200).fields.values, []
+    solved, found = solved_board(at_200), []
     places = active_lattice(board, 12e-3).places
     turns = np.exp(1j * np.linspace(0.0, np.pi, 2001))
     for place, drive in zip(
@@ -34,6 +34,7 @@ def test_a_click_keeps_what_the_real_part_of_its_drive_keeps_at_200_hz() -> None
         parts = np.real(drive * turns[:, None])
         real = parts[np.argmax(np.sum(parts**2, axis=1))]
         discs = metrics.FingertipDiscs(board.x, board.y)
+        fields = pressed_fields(solved, np.array([place]), pressing_stiffness(1.0, 200.0))
         moved = np.tensordot(real.astype(complex), fields, axes=1)
         found.append(discs.second_finger_db(moved, place, [20e-3])[0])
     assert score.click_20mm_db is not None

@@ -173,7 +173,7 @@ def test_a_bank_beside_the_board_meets_no_pair(
     [
         (("click", "--emulator", "--at", "0,0"), "--at does not go with --pairs"),
         (("click", "--emulator", "--figure", "a.png"), "--figure does not go with --pairs"),
-        (("--emulator", "--bank", "slider", "--rested"), "--rested does not go with --pairs"),
+        (("--emulator", "--bank", "slider", "--rested"), "--rested does not go with --bank"),
         (("click", "--emulator", "--together"), "--together does not go with EFFECT"),
         (
             ("--emulator", "--bank", "slider", "--other-effect", "tick"),

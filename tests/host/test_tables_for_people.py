@@ -145,7 +145,7 @@ def test_a_design_for_several_fingers_says_how_clicks_are_told(
     say_next(found, spec_of(small()), Path("own.toml"))
     said = " ".join(capsys.readouterr().err.split())
     click = "`chladni play click --places 20 --emulator --board own.toml --table T.chl` tells what"
-    assert f"No finger presses here, and a click is reckoned: {click} clicks leave 20 mm" in said
+    assert f"No finger presses but for a click, which is reckoned: {click} it leaves" in said
     assert "the bias of switches adds to that, by some 6 dB less with ramp_ms = 25" in said
     soft = load_board("pad16")
     soft = replace(soft, electronics=replace(soft.electronics, ramp_ms=25.0))
@@ -161,19 +161,29 @@ def test_a_design_s_median_has_no_minus_zero() -> None:
     found: Any = SimpleNamespace(full=SimpleNamespace(perturbed=kept, click_20mm_db=None))
     assert median(found) == "The median for one finger is 0 dB 20 mm away."
     found.full.click_20mm_db = SimpleNamespace(median=14.2, p10=-0.2)
-    assert median(found).endswith("away; of a click it is 14, the worst tenth 0, as drawn.")
+    assert median(found).endswith(
+        "away; of a click pressed with 1 N it is 14, the worst tenth 0, as drawn."
+    )
 
 
 def test_a_verdict_tells_of_a_click_beside_what_a_tone_leaves() -> None:
-    click = Spread(8.4, 6.1, 12.0)
-    for tone, words in (
-        (Spread(9.0, 7.0, 12.0), "at least 7.0 dB less at nine of ten places (of a click 6.1);"),
-        (Spread(9.0, 1.0, 12.0), "and 1.0 dB less at the worst tenth (of a click 8.4 and 6.1);"),
-        (Spread(1.0, 0.0, 12.0), "gets 1.0 dB less at the median;"),
+    good, bad = Spread(8.4, 6.1, 12.0), Spread(0.3, -3.7, 6.0)
+    for tone, click, begins, words in (
+        (
+            7.0,
+            good,
+            "It focuses: ",
+            "at nine of ten places (of a click pressed with 1 N 6.1 dB less);",
+        ),
+        (7.0, bad, "It focuses while no finger presses: ", "pressed with 1 N 3.7 dB more);"),
+        (1.0, good, "It focuses at some", "at the worst tenth (of a click pressed with 1 N 6.1 dB"),
     ):
-        score: Any = SimpleNamespace(second_finger_20mm_db=tone, finger_um=None)
-        score.second_finger_16mm_db = score.second_finger_db = tone
-        assert words in of_places(score, frequency_hz=160.0, click=click)
+        own = Spread(9.0, tone, 12.0)
+        score: Any = SimpleNamespace(second_finger_20mm_db=own, finger_um=None)
+        score.second_finger_16mm_db = score.second_finger_db = own
+        told = of_places(score, frequency_hz=160.0, click=click)
+        assert told.startswith(begins)
+        assert words in told
 
 
 @pytest.mark.parametrize(

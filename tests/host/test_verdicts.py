@@ -331,7 +331,7 @@ def test_a_board_for_several_is_scored_by_two_fingers_within_tolerances(
     assert two == wanted["counts"][0]["perturbed"]
     assert told["perturbed"]["samples"] == 1
     kept = two["isolation_db"]
-    words = f"as drawn, {kept['median']:.0f} / {kept['p10']:.0f} dB within tolerances."
+    words = f"as drawn, {kept['median']:.0f} / {kept['p10']:.0f} dB (a click "
     assert words in told["verdict"]
 
 

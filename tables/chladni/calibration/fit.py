@@ -103,6 +103,10 @@ def fit_board(board: Board, readings: CoilReadings, progress: Report | None = No
     with one_blas_thread():
         search = _Search(unknowns, readings, progress)
         solved, left = search.find()
+        if _are_rigid(unknowns, solved):
+            unknowns = unknowns_of(board, rigid=True)
+            search = _Search(unknowns, readings, progress)
+            solved, left = search.find()
     check_this_board(unknowns, solved, left, search.wiring)
     with one_blas_thread():
         covariance = search.covariance(solved)
@@ -117,6 +121,12 @@ def fit_board(board: Board, readings: CoilReadings, progress: Report | None = No
         left,
         search.steps,
     )
+
+
+def _are_rigid(unknowns: Unknowns, values: FloatArray) -> bool:
+    """Whether screws come out stiffer than any stand-off: they are rigid, as a file draws them."""
+    off = (values - unknowns.mean) / unknowns.spread
+    return "screws" in unknowns.scales and off[unknowns.scales.index("screws")] > FAR_OFF
 
 
 def check_this_board(
@@ -171,9 +181,8 @@ class _Search:
     def find(self) -> tuple[FloatArray, float]:
         """The most likely values, and what they leave.
 
-        Where no board that may come out reads like this, one foot after the other is let go of:
-        from feet that all touch no small step leads to one that does not, and its neighbours seem
-        to be reversed, or coils to lie elsewhere.
+        Where no board that may come out reads like this, one foot after the other is let go of: no
+        small step leads to one that does not touch, and its neighbours seem to be reversed.
         """
         found = self.solve(self.start())
         left, cost, feet = self.left(found), self._cost(found), self._unknowns.foot_values

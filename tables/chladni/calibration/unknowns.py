@@ -161,8 +161,8 @@ def uneven_feet(board: Board) -> tuple[Spring, ...]:
     return board.springs if len(board.springs) > 1 else ()
 
 
-def unknowns_of(board: Board) -> Unknowns:
-    """What of a board is not known, before anything was measured."""
+def unknowns_of(board: Board, *, rigid: bool = False) -> Unknowns:
+    """What of a board is not known, before anything was measured; screws are not, if `rigid`."""
     ratio = np.log(FOAM_STIFFEST / FOAM_SOFTEST) / 2.0
     known = {
         "sheet thickness": (0.0, SHEET_THICKNESS * UNIFORM),
@@ -177,7 +177,7 @@ def unknowns_of(board: Board) -> Unknowns:
     has_foam = foundation is not None and bool(foundation.sheet_stiffness)
     left_out = set() if has_foam else {"foam", "foam's loss"}
     left_out |= set() if board.plate.loss_factor > 0.0 else {"sheet's loss"}
-    left_out |= set() if board.screws else {"screws"}
+    left_out |= set() if board.screws and not rigid else {"screws"}
     left_out |= set() if board.springs else {"feet"}
     scales = tuple(name for name in SCALES if name not in left_out)
     is_patchy = has_foam and foundation is not None and not foundation.sealed_air

@@ -30,6 +30,8 @@ def with_pins(electronics: Document, panel: object) -> Document:
     free = [pin for pin in chip.gates if pin not in taken]
     gates = sorted(free, key=lambda pin: pin in chip.pulled_up)
     if not _may_be_bridges(electronics):
+        # A gate's pull-down keeps straps low; still they come where others are used up.
+        gates = sorted(gates, key=lambda pin: (pin in chip.pulled_up, pin not in chip.bus))
         return electronics | {"pwm_pins": gates[: chip.channels]}
     gates = sorted(gates, key=lambda pin: pin in chip.signs)
     signs = [pin for pin in chip.signs if pin not in taken]

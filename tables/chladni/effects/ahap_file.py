@@ -101,6 +101,7 @@ def read_ahap(path: Path, field: str) -> tuple[Effect, list[str]]:
             left_out.append(f"{event.place}: {kind}")
         else:
             parts.append(made(event, controls))
+            left_out += _unread(event)
     return Effect(path.stem, tuple(parts)), left_out
 
 
@@ -121,6 +122,14 @@ def _curve(
     if not points:
         raise own["ParameterCurveControlPoints"].error("one point or more")
     return begins, tuple(points)
+
+
+def _unread(event: FileValue) -> list[str]:
+    """Parameters of an event that no haptic engine has, such as misspelt ones."""
+    own = event["EventParameters"]
+    kinds = [(one.place, one["ParameterID"].text()) for one in own] if own.is_there else []
+    known = (*EVENT_DEFAULTS, *TIMES, "Sustained")
+    return [f"{place}: {kind}" for place, kind in kinds if kind not in known]
 
 
 def _parameters(event: FileValue) -> dict[str, float]:

@@ -33,7 +33,7 @@ from chladni.drives.scoring.several_fingers.fingers_score import (
 from chladni.drives.scoring.several_fingers.kept_apart import KeptApart
 from chladni.drives.scoring.survey import SAMPLES
 from chladni.host.cli.common.drive_options import on_less
-from chladni.host.cli.common.finger_remarks import say_mirrored, say_tones
+from chladni.host.cli.common.finger_remarks import of_fingers, say_mirrored, say_tones
 from chladni.host.cli.common.options import (
     BoardArgument,
     FigureOption,
@@ -53,7 +53,6 @@ from chladni.host.cli.common.output import (
 )
 from chladni.host.cli.common.ranges import check_apart, within
 from chladni.host.cli.common.terms import of_loudest
-from chladni.host.cli.common.verdicts import of_fingers
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM

@@ -1,17 +1,20 @@
-"""What commands remark on boards for several fingers: resonances, and fingers told by none."""
+"""What commands say of boards for several fingers: what each has, and what they may miss."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from chladni.drives.fingers.coupling import LEAST_APART
+from chladni.drives.scoring.several_fingers.fingers_score import CountScore
 from chladni.effects.low_pass import EDGE_HZ
 from chladni.host.cli.common.output import say
+from chladni.host.cli.common.verdicts import of_click
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import SAME_PLACE
 from chladni.sim.fields.board_mirrors import board_mirrors
 from chladni.sim.fields.board_plate import first_natural_hz
 
+NUMBER = {2: "Two", 3: "Three", 4: "Four", 5: "Five"}
 SOFT_RAMP_MS = 25.0
 """With which a switch's bias leaves a click what it keeps without one (docs/effects.md)."""
 
@@ -82,8 +85,8 @@ def say_tones(named: str, board: Board, table: str = "T.chl", *, clicks: bool = 
         adds = f"; the bias of switches adds to that{_ramp(board)}"
         bias = "" if board.electronics.is_bridge else adds
         say(
-            f"No finger presses here, and a click is reckoned: `chladni play click --places 20 "
-            f"{play} --table {table}` tells what clicks leave 20 mm away, pressed with 1 N{bias}."
+            f"No finger presses but for a click, which is reckoned: `chladni play click --places "
+            f"20 {play} --table {table}` tells what it leaves 20 mm away by the pins{bias}."
         )
         return
     reckoned = ", and clicks as they are reckoned" if clicks else ""
@@ -99,3 +102,23 @@ def say_tones(named: str, board: Board, table: str = "T.chl", *, clicks: bool = 
         f"These are tones{reckoned}: `chladni play click --pairs 20{rested} {play}` tells what "
         f"clicks keep by an emulated device's pins, and so of any effect.{touched}"
     )
+
+
+def of_fingers(score: CountScore, apart_mm: float) -> str:
+    """What each of several fingers has of its own signal and of the others'."""
+    apart, off = score.isolation_db, score.perturbed
+    begin = f"{NUMBER[score.fingers]} fingers, {apart_mm:g} mm apart or more:"
+    if score.finger_um is None or score.unfelt is None:
+        return f"{begin} under the others each one's signal is {apart.median:.0f} dB weaker"
+    kept = f", {apart.median:z.0f} dB over the others', {apart.p10:z.0f} at the worst tenth"
+    kept += of_click(score.click_db)
+    within = "" if off is None else f", {_percent(off.unfelt)} within tolerances"
+    return (
+        f"{begin} each gets {score.finger_um.median:.2g} µm of its own"
+        f"{kept if score.fingers > 1 else ''}; {_percent(score.unfelt)} of fingers, while they "
+        f"rest, do not feel the others' signals{within}"
+    )
+
+
+def _percent(share: float | None) -> str:
+    return f"{100.0 * (share or 0.0):.3g} %"

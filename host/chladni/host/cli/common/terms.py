@@ -26,7 +26,7 @@ WORDS = {
     "second_finger_16mm_db": "level over fingers 16 mm away",
     "second_finger_20mm_db": "level over fingers 20 mm away",
     "second_finger_25mm_db": "level over fingers 25 mm away",
-    "click_20mm_db": "the same of a click, once the finger has rested",
+    "click_20mm_db": "the same of a click, pressed with 1 N",
     "nearest_coil_20mm_db": "the nearest coil alone, 20 mm away",
     "nearest_second_finger_db": "level over fingers 12 mm away, nearest coil alone",
     "above_second_finger": "share of places louder than any other finger",

@@ -25,8 +25,6 @@ MOST_COILS = max(own.channels for own in CHIPS.values())
 SAME_DB = 0.05
 """What is written with one digit is the same below."""
 
-NUMBER = {2: "Two", 3: "Three", 4: "Four", 5: "Five"}
-
 
 def of_places(
     score: FocusStatistics,
@@ -67,18 +65,24 @@ def of_places(
         alone, within = "", ""
         if off is not None and off.p10 < NOTICED_DB:
             alone, within = f" {known_as} alone", f", and {less_of(off.p10)} within tolerances"
+        if click is not None and click.p10 < NOTICED_DB:
+            alone += " while no finger presses"
         told = f"It focuses{alone}: {at} gets at least {kept.p10:.1f} dB less at nine of ten places"
-        told += "" if click is None else f" (of a click {click.p10:.1f})"
-        told += within
+        told += _of_pressed_click(click) + within
     elif kept.median >= NOTICED_DB:
         told = (
             f"It focuses at some places: {at} gets {kept.median:.1f} dB less at the median, and "
             f"{less_of(kept.p10)} at the worst tenth"
-            f"{'' if click is None else f' (of a click {click.median:.1f} and {click.p10:.1f})'}"
+            f"{_of_pressed_click(click)}"
         )
     else:
         told = f"It does not focus: {at} gets {less_of(kept.median)} at the median"
     return f"{told}; fingers notice {NOTICED_DB:g} dB. {_felt(score, frequency_hz)}".rstrip()
+
+
+def _of_pressed_click(click: Spread | None) -> str:
+    """At the worst tenth, in brackets."""
+    return "" if click is None else f" (of a click pressed with 1 N {less_of(click.p10)})"
 
 
 def less_of(db: float) -> str:
@@ -327,23 +331,3 @@ def of_design(found: Mapping[str, Any], *, for_fingers: Mapping[int, float]) -> 
     start = "It focuses" if db >= NOTICED_DB else "It does not focus everywhere"
     at = f"within tolerances another finger 20 mm away gets {less_of(db)}"
     return f"{start}: {at} at the worst tenth; fingers notice {NOTICED_DB:g} dB.{felt}"
-
-
-def of_fingers(score: CountScore, apart_mm: float) -> str:
-    """What each of several fingers has of its own signal and of the others'."""
-    apart, off = score.isolation_db, score.perturbed
-    begin = f"{NUMBER[score.fingers]} fingers, {apart_mm:g} mm apart or more:"
-    if score.finger_um is None or score.unfelt is None:
-        return f"{begin} under the others each one's signal is {apart.median:.0f} dB weaker"
-    kept = f", {apart.median:z.0f} dB over the others', {apart.p10:z.0f} at the worst tenth"
-    kept += of_click(score.click_db)
-    within = "" if off is None else f", {_percent(off.unfelt)} within tolerances"
-    return (
-        f"{begin} each gets {score.finger_um.median:.2g} µm of its own"
-        f"{kept if score.fingers > 1 else ''}; {_percent(score.unfelt)} of fingers, while they "
-        f"rest, do not feel the others' signals{within}"
-    )
-
-
-def _percent(share: float | None) -> str:
-    return f"{100.0 * (share or 0.0):.3g} %"

@@ -110,7 +110,8 @@ def median(found: Design) -> str:
     if click is None:
         return f"{told}."
     return (
-        f"{told}; of a click it is {click.median:z.0f}, the worst tenth {click.p10:z.0f}, as drawn."
+        f"{told}; of a click pressed with 1 N it is {click.median:z.0f}, the worst tenth "
+        f"{click.p10:z.0f}, as drawn."
     )
 
 

@@ -137,7 +137,8 @@ def play(
         given: dict[str, object] = {"--at": at, "--other": other, "--figure": figure}
         given |= {} if pairs is None else {"--places": drawn}
         of_bank = connection.emulated_bank is not None
-        given |= {"--rested": rested} if of_bank else {}
+        if of_bank and rested:
+            raise ConflictError("--rested", "--bank", hint="its fingers press at that moment")
         given |= {} if pairs is not None else {"--apart": apart}
         kind = {"pairs": pairs is not None, "together": together}
         check_drawn(connection, (effect, other_effect), given, **kind)

@@ -139,16 +139,17 @@ def _asked_um(played: PlayedEffect, level_um: float | None) -> float:
 def say_bias(found: Sequence[PlayedEffect], board: Board) -> None:
     """Remark on a bias that moves what is far away, too."""
     one, own = found[0], board.electronics.ramp_ms
-    if one.second_finger_20mm_db is not None and one.bias_um is not None and not one.rested:
+    if one.bias_um is not None and not one.rested:
+        far = one.second_finger_20mm_db is not None
         softer = (
             f": electronics.ramp_ms = {SOFT_RAMP_MS:g} in place of {own:g} (docs/effects.md) makes "
             "it softer"
         )
         say(
             "the bias of switches comes up with the touch: it makes the halves of the first wave "
-            "unequal, and moves places 20 mm away, too"
-            f"{softer if own < SOFT_RAMP_MS else ''}; --rested tells what the effect leaves there "
-            "once it stands"
+            f"unequal, and moves {'places 20 mm away' if far else 'other fingers'}, too"
+            f"{softer if own < SOFT_RAMP_MS else ''}; bridges have none, and an effect of its own "
+            "with --rested begins once it stands"
         )
 
 
