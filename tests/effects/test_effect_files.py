@@ -154,13 +154,14 @@ def test_an_event_s_own_envelope_and_a_parameter(tmp_path: Path) -> None:
 
 def test_what_a_device_cannot_do_is_named(tmp_path: Path) -> None:
     document = ahap(
-        event("HapticTransient", 0.0),
+        event("HapticTransient", 0.0, HapticSharpnes=0.5, AttackTime=0.0),
         event("AudioCustom", 0.0, AudioVolume=0.5),
         curve("AudioVolumeControl", 0.0, (0.0, 1.0)),
     )
     read = read_effect(written(tmp_path, "a.ahap", document))
     assert read.left_out == [
         "Pattern[2].ParameterCurve: AudioVolumeControl",
+        "Pattern[0].Event.EventParameters[0]: HapticSharpnes",
         "Pattern[1].Event: AudioCustom",
     ]
 
