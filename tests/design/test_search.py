@@ -98,7 +98,9 @@ def test_a_search_beats_its_starts(whole: tuple[Design, list[float]], tmp_path: 
     assert found.best.evaluation.robust_score == pytest.approx(wanted.p10, abs=0.05)
     # Time may leave the last few less than was asked for.
     written_on_board(tmp_path / "so-far.toml", 1, 32)(found.best, True)
-    assert "the last few get up to 32." in (tmp_path / "so-far.toml").read_text(encoding="utf-8")
+    assert "the last few get up to 32 random boards." in (tmp_path / "so-far.toml").read_text(
+        encoding="utf-8"
+    )
 
 
 def test_two_processes_find_the_same(whole: tuple[Design, list[float]]) -> None:
