@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
@@ -13,7 +13,6 @@ from chladni.drives.fingers.silence import real_part
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.scoring.felt import MICROMETRE
 from chladni.drives.scoring.scorecard import FAR_FINGER
-from chladni.drives.scoring.several_fingers.finger_sets import FingerSet
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import Place, Survey, statistics
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, with_foam
@@ -72,19 +71,10 @@ def click_20mm_db(
 
     None on a board without two places so far apart.
     """
-    solved = solved.at_frequency(CLICK_HZ)
-    board, values = solved.board, np.asarray(solved.fields.values)
-    stiffness = pressing_stiffness(CLICK_PRESS, CLICK_HZ)
-    discs, found = metrics.FingertipDiscs(board.x, board.y), []
-    targets = [(x / MM, y / MM) for x, y in places]
-    answers = chain.from_iterable(solved.under_finger(own) for own in solved.groups(targets))
-    for place, drive, answer in zip(places, drives, answers, strict=True):
-        free = np.tensordot(real_part(drive), values, axes=1)
-        disc = metrics.disc_mask(board.x, board.y, place, metrics.FINGERTIP_RADIUS)
-        pressed = fields_under_finger(
-            free, free[disc].mean(), answer, complex(answer[disc].mean()), stiffness
-        )
-        found += discs.second_finger_db(pressed, place, [FAR_FINGER])
+    board, found = solved.board, []
+    discs = metrics.FingertipDiscs(board.x, board.y)
+    for place, _, field in _pressed(solved.at_frequency(CLICK_HZ), places, drives):
+        found += discs.second_finger_db(field, place, [FAR_FINGER])
     known = [level for level in found if level < -metrics.FLOOR_DB]
     return Spread.of(known) if known else None
 
@@ -92,20 +82,31 @@ def click_20mm_db(
 def click_um(
     solved: SolvedBoard, places: Sequence[Place], drives: Sequence[ComplexArray]
 ) -> Spread | None:
-    """Peak of such a click under its finger, which presses with 1 N; None without a coil."""
-    board, hz = solved.board, solved.board.drive.frequency_hz
-    alone = np.asarray(places)[:, None]
-    found = []
-    for finger, drive in zip(
-        FingerSet.of_all(solved, alone, pressing_stiffness(CLICK_PRESS, hz)), drives, strict=True
-    ):
-        real = real_part(drive).astype(np.complex128)
-        full = full_drive(board, real, hz)
+    """Peak of such a click under its finger; None without a coil."""
+    board, found = solved.board, []
+    for drive, (_, disc, field) in zip(drives, _pressed(solved, places, drives), strict=True):
+        full = full_drive(board, real_part(drive).astype(np.complex128), board.drive.frequency_hz)
         if full is None:
             return None
-        moved = abs(finger.means(real[None])[0, 0]) / max(float(np.abs(real).max()), 1e-300)
-        found.append(float(moved) * full.newtons * CLICK_PEAK / MICROMETRE)
+        moved = abs(complex(field[disc].mean()))
+        found.append(moved * full.newtons * CLICK_PEAK / MICROMETRE)
     return Spread.of(found)
+
+
+def _pressed(
+    solved: SolvedBoard, places: Sequence[Place], drives: Sequence[ComplexArray]
+) -> Iterator[tuple[Place, NDArray[np.bool_], ComplexArray]]:
+    """Of each place its disc, and the field of its drive's real part under a press, 1 at most."""
+    board, values = solved.board, np.asarray(solved.fields.values)
+    stiffness = pressing_stiffness(CLICK_PRESS, board.drive.frequency_hz)
+    targets = [(x / MM, y / MM) for x, y in places]
+    answers = chain.from_iterable(solved.under_finger(own) for own in solved.groups(targets))
+    for place, drive, answer in zip(places, drives, answers, strict=True):
+        real = real_part(drive)
+        free = np.tensordot(real / max(float(np.abs(real).max()), 1e-300), values, axes=1)
+        disc = metrics.disc_mask(board.x, board.y, place, metrics.FINGERTIP_RADIUS)
+        own = complex(answer[disc].mean())
+        yield place, disc, fields_under_finger(free, free[disc].mean(), answer, own, stiffness)
 
 
 def on_foam_twice(
