@@ -69,12 +69,12 @@ test: venv  ## lint, type-check and run the tests
 all-tests:
 	env -u MAKEFLAGS -u MFLAGS $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
 
-# Half of them, 0 or 1; all if left out.
-HALF ?=
+# A third of them, 0 to 2; all if left out.
+PART ?=
 # `alone` waits more than it works: one job more than cores.
-long: venv  ## clang-tidy, and the tests that take longer (tests/long_tests.py), or one HALF= of them
+long: venv  ## clang-tidy, and the tests that take longer (tests/long_tests.py), or one third, PART= 0 to 2
 	@$(BESIDE) $(WORKERS) alone $(TIDY)
-	export CHLADNI_HALF=$(HALF); $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal \
+	export CHLADNI_PART=$(PART); $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal \
 		-m "long and not alone" $$($(BIN)/python tests/long_tests.py)
 
 lint: venv  ## ruff, mypy, import-linter, clang-format, clang-tidy, cppcheck (if there is one), generated headers, licences

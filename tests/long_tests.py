@@ -1,7 +1,7 @@
 """Which tests `make test` leaves to `make long`: those that take two seconds of a core and more.
 
 What they ask is asked in a smaller way by tests that stay. `make long` runs all of them, `.ci/run`
-one half: every other entry, which half by the commit. The longest, of which others ask the same on
+one third: every third entry, which ones by the commit. The longest, of which others ask the same on
 another board or by another command, are left to `make soak`.
 """
 
@@ -295,27 +295,27 @@ ALONE = (
 )
 """Of them, those that run with no others beside them: their device keeps real time, and takes its
 host for silent where that gets no turn for a tenth of a second."""
-HALF = "CHLADNI_HALF"
-"""In the environment, 0 or 1: of `LONG` that half alone."""
+PART, PARTS = "CHLADNI_PART", 3
+"""In the environment, 0 to 2: of `LONG` that third alone."""
 WHOLE_SUITE = 2000
 """Tests, more than any part of the suite has."""
 
 
 def asked_for() -> set[str]:
     """Entries of `LONG` that are to run."""
-    half = os.environ.get(HALF, "")
-    if half not in ("", "0", "1"):
-        raise pytest.UsageError(f"{HALF}: {half!r}, expected 0 or 1")
-    return set(LONG[int(half) :: 2] if half else LONG)
+    part = os.environ.get(PART, "")
+    if part and part not in map(str, range(PARTS)):
+        raise pytest.UsageError(f"{PART}: {part!r}, expected 0 to {PARTS - 1}")
+    return set(LONG[int(part) :: PARTS] if part else LONG)
 
 
 def mark_long(items: Sequence[pytest.Item]) -> None:
-    """Mark them `long`, or `soak`, as those of the half that is not asked for.
+    """Mark them `long`, or `soak`, as those of the thirds that are not asked for.
 
     Raises
     ------
     pytest.UsageError
-        A name stands for no test of the whole suite, or there is no such half.
+        A name stands for no test of the whole suite, or there is no such third.
     """
     unused, asked = {*LONG, *LONGEST}, asked_for()
     for item in items:

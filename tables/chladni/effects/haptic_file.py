@@ -75,7 +75,8 @@ def _with_room(points: list[tuple[float, float]], clicks: list[Click]) -> list[t
     for click in (own for own in clicks if own.amplitude > 0.0):
         low, high = max(begins, click.begins_s - ROOM_S), min(ends, click.ends_s + ROOM_S)
         if gaps and low <= gaps[-1][1]:
-            low, high = gaps[-1][0], max(gaps.pop()[1], high)
+            low, ended = gaps.pop()
+            high = max(ended, high)
         gaps.append((low, high))
     curve, times = curve_of(points), [at for at, _ in points]
     # Where a step is already, what was before it stays.

@@ -31,13 +31,13 @@ CLICK_HZ = 200.0
 Of two fingers on 22 boards on feet and on foam medians and worst tenths are within 2 dB of clicks
 over time on the same plates where the first mode lies at 250 Hz or above. Below that they are
 within 4, and a tone of 160 Hz keeps up to 17 dB more than a click
-(bench/several_fingers/clicks.py). Beside one finger that presses and has rested they are up to 3 dB
-above clicks over time (`strip5`, `quiet5`, `pad16` and a pad of nine coils on steel)."""
+(bench/several_fingers/clicks.py). Beside one finger that presses and has rested they are mostly
+within 2 dB of clicks by the pins on five boards (docs/effects.md)."""
 CLICK_PEAK = 0.89
 """Largest sample of the shipped click behind its low-pass."""
 CLICK_PRESS = 1.0
-"""N. By these the peaks of clicks over time on those four boards are within 1 dB of what is
-reckoned, medians and worst tenths."""
+"""N, as `chladni play` has it. Peaks reckoned so are mostly within 1 dB of those by the pins on the
+same boards."""
 FOAM_TWICE = 2.0
 """Foam of twice its static stiffness: at 160 Hz it may have 1 to 4 times that of its data sheet."""
 
