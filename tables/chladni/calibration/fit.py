@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
 
@@ -191,14 +191,14 @@ class _Search:
             if told is None or told.startswith("foot"):
                 break
             wiring = self.wiring
-            loose = self.solve(self.start({foot: off}))
+            loose = self.solve(self.start((foot, off)))
             if (costs := self._cost(loose)) < cost:
                 found, left, cost = loose, self.left(loose), costs
             else:
                 self._wire(wiring)
         return found, left
 
-    def start(self, loose: Mapping[int, float] | None = None) -> FloatArray:
+    def start(self, loose: tuple[int, float] | None = None) -> FloatArray:
         """Values to begin with, and how coils are wired: by the foam under which both fit best.
 
         On foam twice as stiff a neighbour may move the other way: signs are told with it or not at
@@ -211,8 +211,8 @@ class _Search:
         scales = [name for name in HELD_BY if name in unknowns.scales]
         for off in STARTS if scales else (0.0,):
             trial = np.zeros(unknowns.mean.size)
-            for value, deviations in (loose or {}).items():
-                trial[value] = deviations
+            if loose is not None:
+                trial[loose[0]] = loose[1]
             trial[[unknowns.scales.index(name) for name in scales]] = off
             expected = self.expected(self._values(trial)) + flux
             wiring = find_wiring(unknowns.board, self._readings, expected)

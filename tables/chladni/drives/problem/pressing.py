@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.problem.problem import Problem, SolvedBoard, SolvedPlate
+from chladni.sim.board.board import Board
 from chladni.sim.board.fingers import FINGERS, NO_FINGER, USUAL, Finger
+from chladni.sim.image import metrics
 from chladni.sim.image.finger import dynamic_stiffness, fields_under_finger
 
 ComplexArray = NDArray[np.complex128]
@@ -26,6 +28,18 @@ def with_finger(problem: Problem, fields: ComplexArray) -> ComplexArray:
     stiffness = dynamic_stiffness(finger_of(problem), problem.solved.fields.frequency_hz)
     means = fields[..., problem.disc].mean(axis=-1)
     return fields_under_finger(fields, means, answer, own, stiffness)
+
+
+def pressed_at(
+    board: Board, place: tuple[float, float], fields: ComplexArray, answer: ComplexArray, z: complex
+) -> ComplexArray:
+    """Fields (…, nx, ny) under a fingertip at a place, m, that pushes back with z, N/m.
+
+    `answer` is what a newton spread over the fingertip does, (nx, ny), m/N.
+    """
+    disc = metrics.disc_mask(board.x, board.y, place, metrics.FINGERTIP_RADIUS)
+    own = complex(answer[disc].mean())
+    return fields_under_finger(fields, fields[..., disc].mean(axis=-1), answer, own, z)
 
 
 def pressed_problem(problem: Problem) -> Problem:

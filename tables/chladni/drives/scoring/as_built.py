@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.methods import SEED, Progress
+from chladni.drives.problem.pressing import pressed_at
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.threads import in_threads, one_blas_thread
 from chladni.drives.scoring.best_drives import best_drives, mirrored
@@ -37,8 +38,7 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ArgumentError
 from chladni.sim.fields.driven import driven_fields
 from chladni.sim.fields.pressed_sheet import PressedSheet, PressingFingers, is_thin
-from chladni.sim.image import metrics
-from chladni.sim.image.finger import fields_under_finger, pressing_stiffness
+from chladni.sim.image.finger import pressing_stiffness
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
@@ -269,11 +269,8 @@ class _Presses:
             finger = PressingFingers((place,), newtons, stiffness)
             return self._sheet.change(finger, foam_factor=foam_factor)
         values = solved.fields.values
-        disc = metrics.disc_mask(board.x, board.y, place, metrics.FINGERTIP_RADIUS)
         answer = solved.under_finger([(place[0] / MM, place[1] / MM)])[0]
-        under = values[:, disc].mean(axis=1)
-        own = complex(answer[disc].mean())
-        return np.asarray(fields_under_finger(values, under, answer, own, stiffness) - values)
+        return np.asarray(pressed_at(board, place, values, answer, stiffness) - values)
 
     def measure(self, survey: Survey, newtons: float, counter: StepCounter) -> FloatArray:
         """Rows of a press at all places that are their own."""

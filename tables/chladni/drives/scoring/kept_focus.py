@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.fingers.silence import real_part
+from chladni.drives.problem.pressing import pressed_at
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.scoring.felt import MICROMETRE
 from chladni.drives.scoring.scorecard import FAR_FINGER
@@ -20,7 +21,7 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.coil.full_drive import full_drive
 from chladni.sim.fields.driven import driven_fields
 from chladni.sim.image import metrics
-from chladni.sim.image.finger import fields_under_finger, pressing_stiffness
+from chladni.sim.image.finger import pressing_stiffness
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
@@ -73,7 +74,7 @@ def click_20mm_db(
     """
     board, found = solved.board, []
     discs = metrics.FingertipDiscs(board.x, board.y)
-    for place, _, field in _pressed(solved.at_frequency(CLICK_HZ), places, drives):
+    for place, field in _pressed(solved.at_frequency(CLICK_HZ), places, drives):
         found += discs.second_finger_db(field, place, [FAR_FINGER])
     known = [level for level in found if level < -metrics.FLOOR_DB]
     return Spread.of(known) if known else None
@@ -84,10 +85,11 @@ def click_um(
 ) -> Spread | None:
     """Peak of such a click under its finger; None without a coil."""
     board, found = solved.board, []
-    for drive, (_, disc, field) in zip(drives, _pressed(solved, places, drives), strict=True):
+    for drive, (place, field) in zip(drives, _pressed(solved, places, drives), strict=True):
         full = full_drive(board, real_part(drive).astype(np.complex128), board.drive.frequency_hz)
         if full is None:
             return None
+        disc = metrics.disc_mask(board.x, board.y, place, metrics.FINGERTIP_RADIUS)
         moved = abs(complex(field[disc].mean()))
         found.append(moved * full.newtons * CLICK_PEAK / MICROMETRE)
     return Spread.of(found)
@@ -95,8 +97,8 @@ def click_um(
 
 def _pressed(
     solved: SolvedBoard, places: Sequence[Place], drives: Sequence[ComplexArray]
-) -> Iterator[tuple[Place, NDArray[np.bool_], ComplexArray]]:
-    """Of each place its disc, and the field of its drive's real part under a press, 1 at most."""
+) -> Iterator[tuple[Place, ComplexArray]]:
+    """Places, and the fields of their drives' real parts under a press, 1 at most."""
     board, values = solved.board, np.asarray(solved.fields.values)
     stiffness = pressing_stiffness(CLICK_PRESS, board.drive.frequency_hz)
     targets = [(x / MM, y / MM) for x, y in places]
@@ -104,9 +106,7 @@ def _pressed(
     for place, drive, answer in zip(places, drives, answers, strict=True):
         real = real_part(drive)
         free = np.tensordot(real / max(float(np.abs(real).max()), 1e-300), values, axes=1)
-        disc = metrics.disc_mask(board.x, board.y, place, metrics.FINGERTIP_RADIUS)
-        own = complex(answer[disc].mean())
-        yield place, disc, fields_under_finger(free, free[disc].mean(), answer, own, stiffness)
+        yield place, pressed_at(board, place, free, answer, stiffness)
 
 
 def on_foam_twice(

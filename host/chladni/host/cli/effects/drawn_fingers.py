@@ -252,10 +252,8 @@ def _drawn(
             continue
         if len(found) == count:
             return found
-    option, hint = (
-        "--places" if apart is None else "--pairs",
-        "are its areas on the board, and apart?",
-    )
+    option = "--places" if apart is None else "--pairs"
+    hint = "are its areas on the board, and apart?"
     raise ArgumentError(option, count, "a bank that many drawn fingers meet", hint=hint)
 
 
