@@ -13,7 +13,7 @@ from at_points import respond_at
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Magnet
 from chladni.sim.fields.board_plate import plate_model
-from chladni.sim.fields.transfer import target_field, transfer_fields
+from chladni.sim.fields.transfer import TransferFields, target_field, transfer_fields
 from chladni.sim.plate.disc_load import disc_load_deflection
 from chladni.sim.plate.geometry import Inclusion, PlateGeometry, RimSupport
 from chladni.sim.plate.loads import Load
@@ -265,3 +265,25 @@ def test_a_magnet_hardly_bends(prototype: Board) -> None:
     soft = transfer_fields(mass_only(prototype))
     values = np.abs(soft.values[0][on_magnet])
     assert np.ptp(values) > 2e-2 * values.max()
+
+
+def test_frequencies_from_the_highest_down_share_its_basis(prototype: Board) -> None:
+    """A basis for short waves does for long ones, so none is built again for each.
+
+    Either order meets the tolerance.
+    """
+    hz, tolerance = [80.0, 320.0, 1280.0], 1e-3
+
+    def fields(each: list[float]) -> dict[float, TransferFields]:
+        model = plate_model(prototype)
+        return {
+            own: transfer_fields(prototype, frequency_hz=own, tolerance=tolerance, model=model)
+            for own in each
+        }
+
+    risen, fallen = fields(hz), fields(hz[::-1])
+    assert risen[80.0].modes_used < risen[1280.0].modes_used
+    assert len({own.modes_used for own in fallen.values()}) == 1
+    for own in hz:
+        off = np.linalg.norm(risen[own].values - fallen[own].values)
+        assert off < 2.0 * tolerance * np.linalg.norm(risen[own].values)

@@ -23,7 +23,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.coil.full_drive import strengths
 from chladni.sim.errors import InputError
 from chladni.sim.fields.board_plate import plate_model
-from chladni.sim.fields.induced import OpenCoils, induced_voltages, open_coils
+from chladni.sim.fields.induced import OpenCoils, induced_voltages, open_coils_at
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -291,10 +291,8 @@ class _Search:
     def _solve_again(self, values: FloatArray) -> tuple[Board, list[OpenCoils]]:
         board = self._unknowns.board_at(values)
         model = plate_model(board)
-        coils = [
-            open_coils(board, float(own), model=model, tolerance=DRAWN_TOLERANCE)
-            for own in self._readings.frequencies_hz
-        ]
+        hz = [float(own) for own in self._readings.frequencies_hz]
+        coils = open_coils_at(board, hz, model=model, tolerance=DRAWN_TOLERANCE)
         self.steps += 1
         if self._progress:
             self._progress(self.steps)

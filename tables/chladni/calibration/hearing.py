@@ -287,7 +287,9 @@ class _Search:
     def _sound(self, scales: FloatArray) -> ComplexArray:
         key = scales.tobytes()
         if key not in self._solved:
-            self._solved[key] = sound(self.board_at(scales), self._hz, damping=DAMPING)
+            # From the highest down: the basis for that one does for the others.
+            down = sound(self.board_at(scales), self._hz[::-1], damping=DAMPING)
+            self._solved[key] = down[:, ::-1]
             if self._progress:
                 done = len(self._solved)
                 self._progress(done, max(done, len(STARTS) + (STEPS - 2) * (self._count + 1)))

@@ -10,6 +10,7 @@ shares. L are the flux's own, which flow where nothing moves.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -72,6 +73,17 @@ def open_coils(
     bare, couples = forces_and_couples(board, model, tolerance, allow_unmet=True)
     fields = answered(board, bare, coupling, couples, are_open=True)
     return OpenCoils(fields, _felt(board, fields.values, coupling), coupling)
+
+
+def open_coils_at(
+    board: Board, frequencies_hz: Sequence[float], *, model: PlateModel, tolerance: float
+) -> list[OpenCoils]:
+    """The same at several frequencies, from the highest down: its basis does for the others."""
+    found = {
+        hz: open_coils(board, hz, model=model, tolerance=tolerance)
+        for hz in sorted(frequencies_hz, reverse=True)
+    }
+    return [found[hz] for hz in frequencies_hz]
 
 
 def _felt(board: Board, values: ComplexArray, coupling: MagneticCoupling) -> ComplexArray:

@@ -46,6 +46,9 @@ TWO_LEVELS = 8.0
 """Times its share of the tolerance from which a part of the error takes two levels more."""
 WORTHWHILE = 0.85
 """A larger basis that leaves more of the estimated error than this is the last that is tried."""
+SPARE = 2.5
+"""Times the polynomials that it takes: a basis for shorter waves that has no more is used as it is,
+for to build one costs as much as some fifteen solutions."""
 Levels = tuple[int, int]
 """Of polynomials, and of functions on circles."""
 Method = TypeVar("Method", bound=Callable[..., Any])
@@ -161,8 +164,8 @@ class RitzPlate(PlateModel):
         Polynomials and functions on circles grow apart, each while its share of the error is too
         large. The best solution counts, should larger ones be no better.
         """
-        waves = wave_number(self.geometry, asked.omega)
-        best = self._find(asked, waves, self._first_levels(waves, asked.tolerance))
+        waves, levels = self._first_basis(wave_number(self.geometry, asked.omega), asked.tolerance)
+        best = self._find(asked, waves, levels)
         while best.estimate.error > asked.tolerance and not self._resolution:
             before, best = best, self._grown(asked, waves, best)
             if best.estimate.error >= WORTHWHILE * before.estimate.error:
@@ -171,6 +174,26 @@ class RitzPlate(PlateModel):
         self._sufficed.setdefault((waves, asked.tolerance), best.levels)
         image = best.solver.image(best.case, best.solution, self.loss_factor, asked.x, asked.y)
         return best.solver.basis.size, image, best.estimate.error
+
+    def _first_basis(self, waves: float, tolerance: float) -> tuple[float, Levels]:
+        """The waves and levels of one that is there for shorter waves, with not much to spare.
+
+        Of many frequencies, asked from the highest down, each would build its own otherwise.
+        """
+        levels = self._first_levels(waves, tolerance)
+        least = resolution_for(self.geometry, waves, *levels)
+        there = [
+            (own, best)
+            for (own, asked), best in self._sufficed.items()
+            if asked == tolerance and own > waves
+        ]
+        if self._resolution or least in self._solvers or not there:
+            return waves, levels
+        shorter, best = min(there)
+        found = resolution_for(self.geometry, shorter, *best)
+        spares = found.nx * found.ny <= SPARE * least.nx * least.ny
+        is_used = spares and found in self._solvers and min(np.subtract(best, levels)) >= 0
+        return (shorter, best) if is_used else (waves, levels)
 
     def _first_levels(self, waves: float, tolerance: float) -> Levels:
         """Those that sufficed there, or the most that it took for longer waves.

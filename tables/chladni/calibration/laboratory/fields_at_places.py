@@ -15,7 +15,7 @@ from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.fields.board_plate import plate_model
-from chladni.sim.fields.induced import OpenCoils, open_coils
+from chladni.sim.fields.induced import open_coils_at
 from chladni.sim.fields.transfer import disc_fields
 from chladni.sim.plate.response import PlateModel
 
@@ -42,7 +42,7 @@ class FieldsAtPlaces:
         self._hz = hz.tolist()
         # A fit keeps some forty solved boards, and a model is a hundred times what it is asked for.
         model = plate_model(board)
-        self._coils = [self._of_coils(own, model) for own in self._hz]
+        self._coils = open_coils_at(board, self._hz, model=model, tolerance=DRAWN_TOLERANCE)
         self._fields = [np.asarray(own.fields.values) for own in self._coils]
         self._pushed = self._of_stands(model) if sensor_kg > 0.0 else []
 
@@ -101,10 +101,6 @@ class FieldsAtPlaces:
     def _stands_at(self, places: FloatArray) -> NDArray[np.int64]:
         apart = np.linalg.norm(places[:, None] - self._stands, axis=2)
         return np.asarray(np.argmin(apart, axis=1))
-
-    def _of_coils(self, hz: float, model: PlateModel) -> OpenCoils:
-        """With fields of a newton of each coil, on the board's grid."""
-        return open_coils(self._board, hz, model=model, tolerance=DRAWN_TOLERANCE)
 
     def _of_stands(self, model: PlateModel) -> list[ComplexArray]:
         """Fields of a newton of the sensor, at each of its places, at each frequency."""
