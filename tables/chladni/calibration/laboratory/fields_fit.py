@@ -38,6 +38,10 @@ Report = Callable[[int], None]
 FEWEST_PLACES = 4
 """Of each coil; a sensor that stands on the board needs one."""
 STARTS = (-1.0, 0.0, 1.0)
+"""Deviations of what holds the board, from which a search may begin."""
+SHEET_STARTS = tuple(np.linspace(-2.0, 2.0, 17).tolist())
+"""The same of a sheet that rigid screws hold, whose modes are narrow: on `paper` an accelerometer's
+fields were taken for those of a mode beside the right one, and levels were 2 dB off."""
 UNLIKE = 0.5
 """Share of a field that the best board does not explain, above which it is another one's."""
 CLEARLY = 0.6
@@ -173,11 +177,12 @@ class _Search:
             raise InputError("responses", given, expected, hint=hint)
 
     def _starts(self) -> list[FloatArray]:
-        """On soft, usual and stiff supports."""
+        """On soft, usual and stiff supports, or of soft, usual and stiff sheets."""
         count = len(self._unknowns.scales)
         held = np.array([float(name in HELD_BY) for name in self._unknowns.scales])
-        reach = held * self._unknowns.spread[:count]
-        return [self._unknowns.mean[:count] + off * reach for off in STARTS]
+        starts = STARTS if held.any() else SHEET_STARTS
+        reach = (held if held.any() else np.ones(count)) * self._unknowns.spread[:count]
+        return [self._unknowns.mean[:count] + off * reach for off in starts]
 
     def _left(self, values: FloatArray) -> ComplexArray:
         return self._compared(values)[1]
