@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import pytest
 
@@ -10,6 +11,7 @@ from chladni.host.manufacture.board_parts import board_parts
 from chladni.host.manufacture.prices import price_list
 from chladni.host.manufacture.wiring.part import Part
 from chladni.sim.board.file import load_board, parse_board, shipped_boards
+from chladni.sim.board.parts import Sensing
 from conftest import ROOT, CommandLine
 
 DATED = re.compile(r"undated$|20\d\d-\d\d")
@@ -35,6 +37,7 @@ at_mm = [0.0, 0.0]
 
 def all_parts() -> list[Part]:
     boards = [load_board(name) for name in shipped_boards()]
+    boards += [replace(load_board(name), sensing=Sensing(36)) for name in ("phone5", "prototype")]
     boards.append(parse_board(ON_RUBBER, file="on-rubber.toml"))
     boards.append(parse_board(ON_RUBBER.replace("acrylic", "FR4"), file="of-fr4.toml"))
     return [part for board in boards for part in board_parts(board)]
