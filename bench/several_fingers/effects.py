@@ -14,7 +14,6 @@ from itertools import product
 
 import numpy as np
 
-from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.scoring.several_fingers.finger_sets import finger_sets
 from chladni.effects import shipped_effects
 from chladni.host.emulation.felt_over_time import over_frequency
@@ -36,7 +35,7 @@ def main() -> None:
         board = load_board(name)
         table = build_for(board, "fingers")[0]
         solved = over_frequency(board)
-        sets = finger_sets(board, 2, SETS, LEAST_APART, np.random.default_rng(SEED)) / MM
+        sets = finger_sets(board, 2, SETS, board.fingers_apart, np.random.default_rng(SEED)) / MM
         ways = (False,) if board.electronics.is_bridge else (False, True)
         for effect, rested in product(EFFECTS, ways):
             found = [

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.fingers import Responses, drives_for, responses_at, silence
-from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.fingers.responses import interpolated
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
@@ -132,7 +131,7 @@ def main() -> None:
         solved = solved_board(board)
         stiffness = pressing_stiffness(1.0, board.drive.frequency_hz)
         known = responses_at(solved)
-        sets = finger_sets(board, 2, SETS, LEAST_APART, np.random.default_rng(SEED))
+        sets = finger_sets(board, 2, SETS, board.fingers_apart, np.random.default_rng(SEED))
         pressed = list(FingerSet.of_all(solved, sets, stiffness))
 
         def of(plate: Responses, share: float = 1e-3, spring: complex = stiffness) -> Drives:

@@ -16,7 +16,6 @@ import numpy as np
 import pytest
 
 from chladni.drives.fingers import drives_for, responses_at
-from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
@@ -136,7 +135,7 @@ def test_under_glass_two_free_fingers_are_kept_apart() -> None:
     )
     board = replace(board, panel=None, plate=plate)
     solved = solved_board(board)
-    sets = finger_sets(board, 2, SETS, LEAST_APART, np.random.default_rng(SEED))
+    sets = finger_sets(board, 2, SETS, board.fingers_apart, np.random.default_rng(SEED))
     solve = partial(drives_for, responses_at(solved), regularisation=LAMBDA)
     found = [
         own.isolation_db(solve(own.places.tolist()).drives)

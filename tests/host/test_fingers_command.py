@@ -41,6 +41,26 @@ def test_it_answers_with_the_keys_of_the_contract(chladni: CommandLine, tmp_path
     assert answer.json["verdict"].startswith("Two fingers, 16 mm apart or more: each gets")
 
 
+def test_a_board_says_how_far_apart_its_fingers_lie(chladni: CommandLine, tmp_path: Path) -> None:
+    """The same pairs as with --apart, in every score; corner to corner at most."""
+    board = tmp_path / "hands.toml"
+    board.write_text(STRIP.read_text() + "\n[fingers]\napart_mm = 24.0\n")
+    asked = (*FEW, "--fingers", "2", "--no-perturbed", "--json")
+    own, given = chladni("fingers", board, *asked), chladni("fingers", STRIP, *asked, "--apart", 24)
+    assert own.json["apart_mm"] == given.json["apart_mm"] == 24.0
+    kept = [found.json["counts"][0]["isolation_db"]["median"] for found in (own, given)]
+    assert kept[0] == pytest.approx(kept[1], abs=0.01)
+    loaded = load_board(board)
+    (two,) = score_fingers(loaded, (2,), sets=6, samples=0).counts
+    apart = np.linalg.norm(two.places[:, 0] - two.places[:, 1], axis=1)
+    assert apart.min() >= 24e-3
+    board.write_text(board.read_text().replace("apart_mm = 24.0", "apart_mm = 240.0"))
+    refused = chladni("fingers", board, *asked)
+    assert refused.code == 2
+    assert "fingers.apart_mm" in refused.err
+    assert "corner to corner" in refused.err
+
+
 def test_people_read_a_table(chladni: CommandLine) -> None:
     answer = chladni("fingers", STRIP, *FEW, "--fingers", "2", "--no-perturbed")
     assert answer.code == 0, answer.err

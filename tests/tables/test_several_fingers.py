@@ -116,16 +116,14 @@ def test_a_fixed_pitch_width_and_frequencies_are_kept(board: Board) -> None:
     assert own.responses[0].iq.tobytes() == table.responses[1].iq.tobytes()
 
 
-def test_what_a_table_cannot_be_built_of_is_named(
-    board: Board, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_a_table_cannot_be_built_of_is_named(board: Board) -> None:
     with pytest.raises(ArgumentError, match="bits"):
         responses_table(board, bits=9)
     with pytest.raises(InputError, match="bytes"):
         responses_table(board, pitch=0.5e-3, bits=16, frequencies_hz=[100, 120, 140, 160])
-    monkeypatch.setattr(isolation, "LEAST_APART", 0.5)
+    far_apart = replace(board, fingers=SeveralFingers(apart=0.162))
     with pytest.raises(ArgumentError, match="no room"):
-        responses_table(board)
+        responses_table(far_apart)
     with pytest.raises(ArgumentError, match="finger, fingers, both"):
         build_for(board, "thumbs")
     with pytest.raises(ConflictError, match="responses alone"):

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from chladni.calibration.coils_known import with_coils_known
 from chladni.calibration.hidden import HiddenPlate
 from chladni.drives.fingers import responses_at
-from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.fingers.silence import REGULARISATION, drives_for
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import SolvedBoard
@@ -135,7 +134,7 @@ class Truth:
         self._solved = SolvedBoard.of(plate, DRAWN_TOLERANCE)
         self._lattice = active_lattice(drawn, pitch if drawn.focus else COARSER * pitch)
         rng = np.random.default_rng(SEED)
-        self._sets = finger_sets(drawn, 2, sets, LEAST_APART, rng)
+        self._sets = finger_sets(drawn, 2, sets, drawn.fingers_apart, rng)
         stiffness = pressing_stiffness(PRESS, drawn.drive.frequency_hz)
         with one_blas_thread():
             self._fingers = list(FingerSet.of_all(self._solved, self._sets, stiffness))

@@ -27,7 +27,6 @@ from chladni.design.layouts.ratings import ApartRating, FocusRating, Rating
 from chladni.design.spec import Spec
 from chladni.design.variables import Choice, Document
 from chladni.design.weights import FINGER_CLICK, FINGER_LEVEL, FINGER_TERMS
-from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.scoring.kept_focus import CLICK_HZ
 from chladni.drives.scoring.survey import active_lattice
 from chladni.sim.board.board import Board
@@ -179,7 +178,7 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
     rating = _rating(spec, board, coils, places)
     exchanged = [("exchanged", one) for one in best_layouts(rating, offered, count, least)]
     widest = 2.0 * np.abs(places).max(axis=0)
-    sides = [k for k in (0, 1) if mirrors[k] and widest[k] >= LEAST_APART]
+    sides = [k for k in (0, 1) if mirrors[k] and widest[k] >= board.fingers_apart]
     told = _telling([*exchanged, *_scored(rating, offered, regular)], sides)
     rows = []
     for kind, (figure, chosen) in _ranked(told):

@@ -114,6 +114,7 @@ def board_score(
         known_as=loaded.known_as,
         for_fingers=loaded.is_for_several,
         has_fingers=loaded.fingers is not None,
+        apart=loaded.fingers_apart,
         foam_twice=foam_twice,
         tried=_tried(loaded, score),
     )

@@ -11,7 +11,6 @@ import typer
 from numpy.typing import NDArray
 
 from chladni.drives.fingers import responses_at
-from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.problem.threads import one_blas_thread
@@ -80,7 +79,11 @@ CountOption = Annotated[
     typer.Option("--fingers", callback=within(2, 5), help="How many; 2, 3, 4 and 5 if left out."),
 ]
 ApartOption = Annotated[
-    float, typer.Option(callback=within(1.0, 1000.0, "mm"), help="Between two fingers, mm.")
+    float | None,
+    typer.Option(
+        callback=within(1.0, 1000.0, "mm"),
+        help="Between two fingers, mm; the board's fingers.apart_mm if left out.",
+    ),
 ]
 SetsOption = Annotated[
     int, typer.Option(callback=within(1, MOST_SETS), help="Sets of fingers that are drawn.")
@@ -125,7 +128,7 @@ def fingers(
     at: AtOption = None,
     other: OtherOption = None,
     count: CountOption = None,
-    apart: ApartOption = LEAST_APART / MM,
+    apart: ApartOption = None,
     sets: SetsOption = SETS,
     regularisation: RegularisationOption = None,
     press: PressOption = PRESS,
@@ -153,8 +156,8 @@ def fingers(
     if pair is not None:
         _tell_pair(loaded, pair, solve, (regularisation, press), figure, as_json=as_json)
         return
-    drawn: dict[str, Any] = {"apart": apart * MM, "sets": sets, "regularisation": regularisation}
-    drawn |= {"newtons": press, "seed": seed}
+    drawn: dict[str, Any] = {"apart": apart and apart * MM, "sets": sets}
+    drawn |= {"regularisation": regularisation, "newtons": press, "seed": seed}
     with progress_bar("sets of fingers") as progress:
         score = score_fingers(
             loaded,
@@ -175,9 +178,9 @@ def fingers(
         found = _as_built(loaded, keys["fingers"], samples, drawn)
         keys["built"] = asdict(found) if as_json else _in_short(found)
     result: dict[str, Any] = {
-        "verdict": " ".join(of_fingers(own, apart) for own in score.counts),
+        "verdict": " ".join(of_fingers(own, score.apart_mm) for own in score.counts),
         "name": loaded.name,
-        "apart_mm": apart,
+        "apart_mm": score.apart_mm,
         "newtons": press,
         "beside_mm": beside,
         "lambda": regularisation,

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.scoring.as_built import PRESS
 from chladni.drives.scoring.several_fingers.finger_sets import finger_sets
@@ -38,7 +37,7 @@ def common_level(
     """
     solved = over_frequency(board, progress) if solved is None else solved
     rng = np.random.default_rng(SEED)
-    places = finger_sets(board, 2, PLACES // 2, LEAST_APART, rng).reshape(-1, 2)
+    places = finger_sets(board, 2, PLACES // 2, board.fingers_apart, rng).reshape(-1, 2)
     hz, own = frequencies_of(solved), board.drive.frequency_hz
     levels = []
     for plate in FingerPlate.each_alone(solved, places, PRESS):

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from chladni.sim.board.checks import check_board
 from chladni.sim.board.electronics import Area, Coil
-from chladni.sim.board.fingers import FINGERS, USUAL, Active, Focus
+from chladni.sim.board.fingers import FINGERS, LEAST_APART, USUAL, Active, Focus
 from chladni.sim.board.panel_layer import PlateSection, plate_section
 from chladni.sim.board.parts import FEATURES, BoardParts
 from chladni.sim.board.quantity import MM, in_mm, quantities
@@ -112,6 +112,11 @@ class Board(BoardParts):
     def is_for_several(self) -> bool:
         """Whether it is made for several fingers, and for none alone."""
         return self.fingers is not None and self.focus is None
+
+    @property
+    def fingers_apart(self) -> float:
+        """How far two of several fingers lie from each other at least, m."""
+        return self.fingers.apart if self.fingers else LEAST_APART
 
     @property
     def known_as(self) -> str:

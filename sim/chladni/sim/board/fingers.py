@@ -67,6 +67,10 @@ class Focus:
     foam_ratio: float = quantity("foam_ratio", 1.0, 0.1, 10.0, default=1.0)
 
 
+LEAST_APART = 16e-3
+"""m, from one fingertip's middle to the next of a hand at rest."""
+
+
 @dataclass(frozen=True)
 class SeveralFingers:
     """A board's tables have responses, for drives of several fingers at once.
@@ -77,12 +81,16 @@ class SeveralFingers:
         Between stored responses, m; None for the coarsest that costs little isolation.
     frequencies_hz
         A section is made for each; none for the drive's own.
+    apart
+        Between two fingers' middles at least, m, wherever pairs are drawn: two hands lie farther
+        apart than two fingers of one.
     """
 
     pitch: float | None = quantity("pitch_mm", MM, 0.5, 500.0, default=None)
     frequencies_hz: tuple[float, ...] = quantity(
         "frequencies_hz", 1.0, 1.0, 1000.0, count=0, default=()
     )
+    apart: float = quantity("apart_mm", MM, 1e3 * LEAST_APART, 500.0, default=LEAST_APART)
 
 
 @dataclass(frozen=True)

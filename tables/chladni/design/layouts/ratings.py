@@ -29,7 +29,6 @@ from numpy.typing import NDArray
 
 from chladni.design.layouts.layouts import Place
 from chladni.design.layouts.plain_plate import PlainPlate
-from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.fingers.silence import real_part
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.several_fingers.finger_sets import finger_sets
@@ -135,7 +134,7 @@ class ApartRating:
             Two fingers have no room on the board.
         """
         rng = np.random.default_rng(SEED)
-        pairs = finger_sets(board, 2, PAIRS, LEAST_APART, rng).swapaxes(0, 1).reshape(-1, 2)
+        pairs = finger_sets(board, 2, PAIRS, board.fingers_apart, rng).swapaxes(0, 1).reshape(-1, 2)
         places = [(float(x), float(y)) for x, y in pairs]
         under = [own.fields @ own.fingers(places).T for own in (plain, click) if own is not None]
         return cls(plain, under[0], weights, (click, under[1]) if click else None)

@@ -19,18 +19,18 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.sim.board.fingers import LEAST_APART
+
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-LEAST_APART = 16e-3
-"""m, from one fingertip's middle to the next of a hand at rest: nearer ones are not fitted."""
 RELATIVE_CUT = 1e-8
 """Singular values of the fit that count as nothing, over the largest: products of smooth fields
 are nearly dependent, and what they cannot tell apart stays small."""
 
 
 def fitted_coupling(places: FloatArray, means: ComplexArray, pairs: ComplexArray) -> ComplexArray:
-    """M of the least squared error over pairs of fingertips at least 16 mm apart.
+    """M of the least squared error over pairs of fingertips at least 16 mm apart (`LEAST_APART`).
 
     Parameters
     ----------

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.fingers.responses import Responses, responses_at
 from chladni.drives.fingers.silence import KnownPlate
 from chladni.drives.methods import SEED
@@ -62,7 +61,9 @@ class DrawnPairs:
         ArgumentError
             The board has no room for two fingers.
         """
-        places = finger_sets(solved.board, FINGERS, SETS, LEAST_APART, np.random.default_rng(SEED))
+        places = finger_sets(
+            solved.board, FINGERS, SETS, solved.board.fingers_apart, np.random.default_rng(SEED)
+        )
         stiffness = pressing_stiffness(PRESS, solved.fields.frequency_hz)
         sets = []
         with one_blas_thread():

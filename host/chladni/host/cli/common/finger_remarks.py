@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.scoring.several_fingers.fingers_score import CountScore
 from chladni.effects.low_pass import EDGE_HZ
 from chladni.host.cli.common.output import say
@@ -57,7 +56,7 @@ def say_mirrored(board: Board) -> None:
         at = [own.at[axis] for own in board.actuators]
         if order is None or max(map(abs, at)) > SAME_PLACE:
             continue
-        if board.plate.size[axis] > LEAST_APART:
+        if board.plate.size[axis] > board.fingers_apart:
             say(
                 f"all coils stand on a middle line, and the plate is alike on both sides: fingers "
                 f"{side} of it, mirrored, feel the same whatever is played; move coils off it"

@@ -12,7 +12,9 @@ from chladni.drives.scoring.several_fingers.fingers_score import CountScore
 from chladni.drives.scoring.several_fingers.kept_apart import KeptApart
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import FocusStatistics
+from chladni.sim.board.fingers import LEAST_APART
 from chladni.sim.board.gpio import CHIPS
+from chladni.sim.board.quantity import MM
 from chladni.sim.image.finger import NOTICED_DB, sensation_db
 from chladni.sim.image.metrics import SECOND_FINGER_DISTANCE
 
@@ -127,6 +129,7 @@ def of_board(
     known_as: str = "as drawn",
     for_fingers: bool = False,
     has_fingers: bool = True,
+    apart: float = LEAST_APART,
     foam_twice: KeptApart | None = None,
     tried: Sequence[Remedy] = (),
 ) -> str:
@@ -142,6 +145,8 @@ def of_board(
         Whether the board is for several: then that comes first, and no remedy for one focus.
     has_fingers
         Whether its tables have what several need.
+    apart
+        How far from each other the two lie at least, m; told where it is not a hand's.
     foam_twice
         The same two on foam twice as stiff; None on no foam, or on foam that was measured.
     tried
@@ -151,23 +156,25 @@ def of_board(
     click = score.click_20mm_db
     focus = of_places(score, frequency_hz=frequency_hz, built=built, known_as=known_as, click=click)
     known = score.second_finger_20mm_db
-    apart = ""
+    several = ""
     if two is not None:
         kept = two.isolation_db
         condition = "" if has_fingers else ", once its file has [fingers],"
-        apart = (
+        if apart != LEAST_APART:
+            condition = f", {apart / MM:g} mm from each other or more,"
+        several = (
             f"It keeps two pressing fingers{condition} {kept.median:z.0f} dB apart at the median, "
             f"{kept.p10:z.0f} at the worst tenth{of_click(two.click_db)}, {known_as}"
             f"{_within_tolerances(two)}."
             f"{_each(two, frequency_hz) if for_fingers else ''}"
         )
-    apart += _on_stiffer_foam(two, foam_twice, None if for_fingers else score.foam_twice)
-    apart = apart.strip()
-    if for_fingers and apart:
-        return apart
+    several += _on_stiffer_foam(two, foam_twice, None if for_fingers else score.foam_twice)
+    several = several.strip()
+    if for_fingers and several:
+        return several
     if known is None or known.median >= NOTICED_DB:
-        return f"{focus} {apart}".strip()
-    return " ".join(filter(None, (focus, apart, _remedy(score, tried))))
+        return f"{focus} {several}".strip()
+    return " ".join(filter(None, (focus, several, _remedy(score, tried))))
 
 
 def _within_tolerances(two: CountScore) -> str:

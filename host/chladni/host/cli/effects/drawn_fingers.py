@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.several_fingers.finger_sets import finger_sets
 from chladni.drives.scoring.spread import Spread
@@ -87,7 +86,7 @@ def play_drawn(
     *,
     pairs: bool,
     together: bool,
-    apart: float,
+    apart: float | None,
     as_json: bool,
     **how: Any,
 ) -> None:
@@ -96,8 +95,8 @@ def play_drawn(
     The effects are of the first finger of each and maybe of the second, or, if there are none, of
     the bank's areas: the first finger presses one of them, `together` both. Pairs are the first of
     those that `fingers` and `board score` draw, of a bank those in its areas. Of few people get
-    each in place of shares of them. Fingers of a pair lie `apart` or more, m. `how`: as of
-    `play_effect`.
+    each in place of shares of them. Fingers of a pair lie `apart` or more, m, or
+    as far as the board has it. `how`: as of `play_effect`.
     """
     bank = None if effects else bank_for(connection)
     setup = setup_of(connection, (), hidden)
@@ -108,6 +107,7 @@ def play_drawn(
             return of_effects(effects, places)
         return of_bank(bank, places, together=together)
 
+    apart = setup.board.fingers_apart if apart is None else apart
     drawn = _drawn(setup, presses_at, count, apart if pairs else None)
     found = _played(setup, drawn, how if pairs else how | {"unknown": True})
     if bank is None:
@@ -245,7 +245,7 @@ def _drawn(
     """
     rng, found, fingers = np.random.default_rng(SEED), [], 1 if apart is None else 2
     for _ in range(count * MOST_DRAWS):
-        (places,) = finger_sets(setup.board, fingers, 1, apart or LEAST_APART, rng) / MM
+        (places,) = finger_sets(setup.board, fingers, 1, apart or 0.0, rng) / MM
         try:
             found.append(presses_at([(x, y) for x, y in places.tolist()]))
         except ArgumentError:

@@ -6,7 +6,6 @@ from typing import Annotated, Any
 
 import typer
 
-from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS
 from chladni.effects.bank.areas import LEAST_UM, MOST_UM
 from chladni.effects.files import ReadEffect, read_effect
@@ -24,6 +23,7 @@ from chladni.host.cli.effects.drawn_fingers import MOST_DRAWN, check_drawn, play
 from chladni.host.cli.effects.emulated import play_emulated, play_emulated_bank
 from chladni.host.cli.effects.on_device import play_on_device
 from chladni.host.cli.effects.remarks import say_filtered
+from chladni.sim.board.fingers import LEAST_APART
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ConflictError, InputError, MissingError
 
@@ -120,7 +120,7 @@ def play(
         float | None,
         typer.Option(
             callback=within(LEAST_APART / MM, 1000.0, "mm"),
-            help=f"Between fingers of drawn pairs, mm; {LEAST_APART / MM:g} if left out.",
+            help="Between fingers of drawn pairs, mm; the board's fingers.apart_mm if left out.",
         ),
     ] = None,
     figure: FigureOption = None,
@@ -147,7 +147,7 @@ def play(
             effects.append(_read(other_effect, "--other-effect").effect)
         play_drawn(
             *(connection, effects, pairs or drawn or 1, hidden),
-            apart=LEAST_APART if apart is None else apart * MM,
+            apart=None if apart is None else apart * MM,
             **(kind | how | of_emulated),
         )
         return

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.fingers import responses_at
-from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.methods import SEED, Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.threads import in_threads, one_blas_thread
@@ -86,7 +85,7 @@ def score_fingers_as_built(
     board: Board,
     count: int,
     *,
-    apart: float = LEAST_APART,
+    apart: float | None = None,
     sets: int = SETS,
     regularisation: float | None = None,
     newtons: float = PRESS,
@@ -113,6 +112,7 @@ def score_fingers_as_built(
         No finger presses so hard, or the board has no room for the fingers.
     """
     check_press(newtons)
+    apart = board.fingers_apart if apart is None else apart
     places = finger_sets(board, count, sets, apart, np.random.default_rng(seed))
     has_film = not has_layer(board)
     is_stretched = is_thin(board, newtons)

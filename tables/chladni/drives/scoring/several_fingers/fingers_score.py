@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from chladni.drives.fingers import KnownPlate, responses_at
 from chladni.drives.fingers.choice import chosen_drives
-from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.fingers.silence import (
     MOST_FINGERS,
     REGULARISATION,
@@ -100,7 +99,7 @@ def score_fingers(
     board: Board,
     counts: Sequence[int] = (2, 3, 4, 5),
     *,
-    apart: float = LEAST_APART,
+    apart: float | None = None,
     sets: int = SETS,
     regularisation: float | None = None,
     newtons: float = PRESS,
@@ -119,7 +118,7 @@ def score_fingers(
     counts
         Numbers of fingers, 1 to 5. One alone has no other to be kept from: its isolation is 300 dB.
     apart
-        Least distance between two middles, m.
+        Least distance between two middles, m; the board's own if left out.
     sets
         Drawn of each number.
     regularisation
@@ -149,6 +148,7 @@ def score_fingers(
     for count in counts:
         if not 1 <= count <= MOST_FINGERS:
             raise ArgumentError("fingers", count, f"1 to {MOST_FINGERS}")
+    apart = board.fingers_apart if apart is None else apart
     solved = solved_board(board)
     with one_blas_thread():
         known = responses_at(solved) if plate is None else plate

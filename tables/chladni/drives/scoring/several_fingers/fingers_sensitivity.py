@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.fingers.responses import responses_at
 from chladni.drives.methods import SEED, Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
@@ -27,7 +26,7 @@ def fingers_sensitivity(
 ) -> list[Influence]:
     """What each parameter does to two fingers' levels and isolation, the least isolation first.
 
-    `PLACES` sets of two are drawn, at least 16 mm apart, both pressing with 1 N.
+    `PLACES` sets of two are drawn, as far apart as the board has fingers, both pressing with 1 N.
 
     Raises
     ------
@@ -35,7 +34,7 @@ def fingers_sensitivity(
         The board has no room for two fingers.
     """
     rng = np.random.default_rng(seed)
-    sets = finger_sets(board, 2, PLACES, LEAST_APART, rng)
+    sets = finger_sets(board, 2, PLACES, board.fingers_apart, rng)
     solved = solved_board(board)
     stiffness = pressing_stiffness(PRESS, board.drive.frequency_hz)
     with one_blas_thread():
