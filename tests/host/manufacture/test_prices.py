@@ -10,8 +10,8 @@ import pytest
 from chladni.host.manufacture.board_parts import board_parts
 from chladni.host.manufacture.prices import price_list
 from chladni.host.manufacture.wiring.part import Part
+from chladni.sim.board.electronics import Sensing
 from chladni.sim.board.file import load_board, parse_board, shipped_boards
-from chladni.sim.board.parts import Sensing
 from conftest import ROOT, CommandLine
 
 DATED = re.compile(r"undated$|20\d\d-\d\d")
