@@ -28,15 +28,16 @@ def with_pins(electronics: Document, panel: object) -> Document:
     chip, lines = chip_of(electronics), panel if isinstance(panel, dict) else {}
     taken = [pin for key, pin in lines.items() if key.endswith("_pin")]
     free = [pin for pin in chip.gates if pin not in taken]
-    gates = sorted(free, key=lambda pin: pin in chip.pulled_up)
+    # A gate's pull-down keeps straps low; still they come where others are used up.
+    gates = sorted(free, key=lambda pin: (pin in chip.pulled_up, pin not in chip.bus))
     if not _may_be_bridges(electronics):
-        # A gate's pull-down keeps straps low; still they come where others are used up.
-        gates = sorted(gates, key=lambda pin: (pin in chip.pulled_up, pin not in chip.bus))
         return electronics | {"pwm_pins": gates[: chip.channels]}
     gates = sorted(gates, key=lambda pin: pin in chip.signs)
     signs = [pin for pin in chip.signs if pin not in taken]
     # Pins that are pulled up are fine for signs, and no one misses them as gates.
-    signs = sorted(signs, key=lambda pin: (pin not in chip.pulled_up, pin in gates))
+    signs = sorted(
+        signs, key=lambda pin: (pin not in chip.pulled_up, pin not in chip.bus, pin in gates)
+    )
     most = max(
         count
         for count in range(MOST_BRIDGES + 1)
