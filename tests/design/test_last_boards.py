@@ -104,7 +104,17 @@ def test_time_ends_the_first_boards_of_given_places_and_the_pace_is_told(
     assert told == [(2, 60.0)]
     assert steps[0] == (1, 2 + 1)  # and the end is as long as one more
     most = 60 if is_range else 4
-    assert f"after 2 of {most} boards" in extent(found, spec, 1, 4.0, Path("kept"))
+    said = extent(found, spec, 1, 4.0, Path("kept"))
+    assert f"after 2 of {most} boards" in said
+    if is_range:
+        assert "never tried" not in said
+        return
+    key = "foundation.stiffness_n_per_mm3"
+    (left,) = (found.never_tried[key],)
+    assert len(left) == 2
+    assert said.endswith(f"It never tried {key} {left[0]:g}, {left[1]:g}.")
+    assert found.board.foundation is not None
+    assert found.board.foundation.total_stiffness * 1e-9 not in left
 
 
 def test_an_answer_stays_until_the_next_one_is_complete(tmp_path: Path) -> None:

@@ -29,6 +29,7 @@ from chladni.design.variables import Choice, variables_of
 from chladni.drives.methods import SEED
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Image, Mass
+from chladni.sim.errors import InputError
 from chladni.sim.fields.transfer import transfer_fields
 from conftest import ROOT
 from made_specs import small
@@ -266,6 +267,8 @@ def test_exchange_finds_the_best_of_all_pairs() -> None:
         ("acrylic", "free", (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0)),
         ("acrylic", {"from": 1.5, "to": 3.5}, (1.5, 2.0, 3.0)),
         ("FR4", {"from": 0.7, "to": 3.5}, (0.8, 1.0, 1.2, 1.6)),
+        ("glass", {"from": 0.6, "to": 3.5}, (0.7, 1.1, 2.0, 3.0)),
+        ("steel", {"from": 0.7, "to": 2.5}, (0.8, 1.0, 1.5, 2.0)),
     ],
 )
 def test_sheets_are_as_thick_as_shops_sell_them(
@@ -275,6 +278,12 @@ def test_sheets_are_as_thick_as_shops_sell_them(
     (own,) = variables_of({"plate": {"material": material, "thickness_mm": open_mm}})
     assert isinstance(own, Choice)
     assert own.options == found
+
+
+def test_a_spec_may_have_a_list_where_a_board_has_one_of_some_names() -> None:
+    with pytest.raises(InputError, match="soft-pu-foam, perhaps") as caught:
+        spec_of(small(foundation={"material": "softpu-foam", "thickness_mm": 4.0}))
+    assert "or { any = […] } of them, to be searched" in str(caught.value)
 
 
 def test_where_clicks_are_weighed_harder_feet_come_first() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -120,6 +120,8 @@ class Design:
         Random boards of each of those, by which the best is told.
     left_out
         Of the last few boards, those for which there was no time.
+    never_tried
+        Values of the SPEC's lists that no board that was looked at has, by their keys.
     """
 
     best: Entry
@@ -130,6 +132,7 @@ class Design:
     seed: int
     draws: int
     left_out: int = 0
+    never_tried: dict[str, tuple[Any, ...]] = field(default_factory=dict)
 
     @property
     def board(self) -> Board:

@@ -38,7 +38,7 @@ from chladni.design.starts import (
     spread_numbers,
 )
 from chladni.design.strategy import DRAWN, fitting, strategy
-from chladni.design.variables import Document
+from chladni.design.variables import Document, never_tried
 from chladni.drives.checkpoint import Checkpoint, digest
 from chladni.drives.methods import SEED, Progress
 from chladni.drives.scoring.survey import SAMPLES
@@ -124,7 +124,8 @@ def design(
     best, full = max(finished, key=lambda pair: pair[0].evaluation.robust_score)
     front, took_s = front_of([one for one, _ in finished]), time.perf_counter() - started
     left_out = len(found) - len(finished)
-    return Design(best, full, run.looked_at, front, took_s, seed, draws, left_out)
+    untried = run.never_tried()
+    return Design(best, full, run.looked_at, front, took_s, seed, draws, left_out, untried)
 
 
 class _Run:
@@ -151,6 +152,10 @@ class _Run:
     def looked_at(self) -> int:
         """Boards so far."""
         return len(self._seen)
+
+    def never_tried(self) -> dict[str, tuple[Any, ...]]:
+        """Values of the SPEC's lists that no board so far has, by their keys."""
+        return never_tried(self._spec.variables, [one for one, _ in self._seen.values()])
 
     def search(self) -> None:
         """Look at as many boards as the SPEC and the time allow."""

@@ -17,11 +17,21 @@ Document = dict[str, Any]
 Where = tuple[str | int, ...]
 
 THICKNESS: Where = ("plate", "thickness_mm")
-PLASTICS = ("acrylic", "polycarbonate")
+THIN_MM = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2, 1.6]
 PLASTIC_MM = [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0]
-"""Sheets of them, as plastics shops have them."""
+STEEL_MM = [0.1, 0.15, 0.2, 0.3, 0.5, 0.8, 1.0, 1.5, 2.0, 3.0]
+SOLD_MM = {
+    "acrylic": PLASTIC_MM,
+    "polycarbonate": PLASTIC_MM,
+    "glass": [0.55, 0.7, 1.1, 2.0, 3.0, 4.0, 5.0, 6.0],
+    "aluminium": [0.2, 0.3, 0.5, 0.8, 1.0, 1.5, 2.0, 3.0],
+    "steel": STEEL_MM,
+    "stainless-steel": STEEL_MM,
+    "pet": [0.1, 0.125, 0.175, 0.19, 0.25, 0.35, 0.5],
+}
+"""Sheets as plastics, glass and metal shops have them; of others as board makers do."""
 FREE: dict[Where, Any] = {
-    THICKNESS: {"any": [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2, 1.6]},
+    THICKNESS: {"any": THIN_MM},
     ("plate", "material"): {"any": list(SHEETS)},
     ("foundation", "stiffness_n_per_mm3"): {"from": 0.003, "to": 0.3},
     ("foundation", "thickness_mm"): {"any": [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0]},
@@ -102,8 +112,9 @@ def variables_of(document: Document) -> list[Variable]:
     found: list[Variable] = []
     feet: dict[str, int] = {}
     plate = document.get("plate")
-    is_plastic = isinstance(plate, dict) and plate.get("material") in PLASTICS
-    free = FREE | ({THICKNESS: {"any": PLASTIC_MM}} if is_plastic else {})
+    material = plate.get("material") if isinstance(plate, dict) else None
+    sold = SOLD_MM.get(material, THIN_MM) if isinstance(material, str) else THIN_MM
+    free = FREE | {THICKNESS: {"any": sold}}
     for own in _open(document, (), free):
         first = len(found)
         if isinstance(own, Choice) and own.where[::2] == ("springs", "part"):
@@ -163,6 +174,27 @@ def filled(document: Document, variables: Sequence[Variable], numbers: Sequence[
     return own
 
 
+def never_tried(
+    variables: Sequence[Variable], documents: Sequence[Document]
+) -> dict[str, tuple[Any, ...]]:
+    """Values of lists that none of the documents has, by their keys; lists with none left out."""
+    found = {}
+    for own in variables:
+        if not isinstance(own, Choice):
+            continue
+        tried = [_at(document, own.where) for document in documents]
+        if left := tuple(one for one in own.options if one not in tried):
+            found[key_of(own.where)] = left
+    return found
+
+
+def _at(document: Document, where: Where) -> Any:
+    found: Any = document
+    for key in where:
+        found = found[key]
+    return found
+
+
 def key_of(where: Where) -> str:
     """A place in a document as errors name it: `plate.size_mm[1]`."""
     text = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in where)
@@ -176,6 +208,9 @@ def openings_told(design_keys: Sequence[str]) -> Iterator[None]:
         yield
     except InputError as error:
         for own in error.errors if isinstance(error, FaultsError) else [error]:
+            if isinstance(own.value, str) and own.expected.startswith("one of:"):
+                or_any = "or { any = […] } of them, to be searched"
+                own.hinted(f"{own.hint}, {or_any}" if own.hint else or_any)
             if isinstance(own.value, str | dict) and "number" in own.expected:
                 own.hinted('or "free", { any = […] } or { from = …, to = … }, to be searched')
             key = own.field.rpartition(".")[2]

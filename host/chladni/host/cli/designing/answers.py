@@ -26,6 +26,8 @@ from chladni.sim.image.finger import threshold_um
 
 WORTH, WORTH_OPEN = 60, 200
 """As measured in docs/design.md."""
+MOST_NAMED = 4
+"""Values of a list that are told one by one."""
 ANSWERS = "Answers"
 """Begins the file of a search that is complete."""
 
@@ -72,7 +74,7 @@ def extent(found: Design, spec: Spec, samples: int, minutes: float | None, kept:
         is_long = found.evaluations >= min(worth, asked)
         gain = "may gain" if is_long else f"gains: scores grow up to some {worth} boards"
         said = f"Time was up after {found.evaluations} of {asked} boards: a longer search {gain}."
-        said += f" The same command goes on from {kept}."
+        said += f" The same command goes on from {kept}.{_never_tried(found)}"
     if drawn < samples:
         few = f"The last few had {drawn} random boards each in place of {samples}"
         said += f" {few}: the worst tenth may be some dB less."
@@ -80,6 +82,16 @@ def extent(found: Design, spec: Spec, samples: int, minutes: float | None, kept:
         were = "was" if found.left_out == 1 else "were"
         said += f" Time was up before {found.left_out} of the last few {were} compared."
     return said.strip()
+
+
+def _never_tried(found: Design) -> str:
+    """Values of the SPEC's lists that no board had."""
+    lists = []
+    for key, values in found.never_tried.items():
+        named = ", ".join(f"{one}" for one in values[:MOST_NAMED])
+        more = len(values) - MOST_NAMED
+        lists.append(f"{key} {named}{f' and {more} more' if more > 0 else ''}")
+    return f" It never tried {'; '.join(lists)}." if lists else ""
 
 
 def lacking(found: Design, spec: Spec) -> str:
