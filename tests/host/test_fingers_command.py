@@ -11,6 +11,7 @@ import pytest
 
 from chladni.drives.scoring.board_score import score_board
 from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
+from chladni.host.cli.common.finger_remarks import of_fingers
 from chladni.host.figures.boards import board_figure
 from chladni.sim.board.file import load_board
 from chladni.sim.board.fingers import Focus, SeveralFingers
@@ -59,6 +60,14 @@ def test_a_board_says_how_far_apart_its_fingers_lie(chladni: CommandLine, tmp_pa
     assert refused.code == 2
     assert "fingers.apart_mm" in refused.err
     assert "corner to corner" in refused.err
+
+
+def test_a_signal_too_weak_for_its_own_finger_is_told() -> None:
+    (two,) = score_fingers(load_board(str(STRIP)), (2,), sets=6, samples=0).counts
+    weak = np.sort(two.rows[:, 2])[3]
+    assert "too little to be felt by 25 % of them while they rest" in of_fingers(two, 16.0, weak)
+    assert "too little" not in of_fingers(two, 16.0, two.rows[:, 2].min())
+    assert "too little" not in of_fingers(two, 16.0, None)
 
 
 def test_people_read_a_table(chladni: CommandLine) -> None:

@@ -12,7 +12,7 @@ import pytest
 
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.several_fingers.finger_sets import finger_sets
-from chladni.host.cli.effects.drawn_fingers import too_weak
+from chladni.host.cli.effects.drawn_fingers import levels_told, too_weak
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
 from chladni.tables.format import pack
@@ -27,6 +27,13 @@ def table(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("tables") / "t.chl"
     path.write_bytes(pack(responses_table(load_board("strip5"), pitch=7e-3, bits=12)[0]))
     return path
+
+
+def test_decibels_less_are_more_where_they_are_below_0() -> None:
+    assert levels_told([12.0, 3.0, 8.0], "less") == "8 dB less at the median, 3 at the worst"
+    assert levels_told([2.0, -3.0, -1.0], "less") == "1 dB more at the median, 3 at the worst"
+    tenth = levels_told(np.linspace(-20.0, 10.0, 31).tolist(), "less")
+    assert tenth == "5 dB more at the median, 17 at the worst tenth"
 
 
 def test_pairs_have_what_each_of_them_has_alone(chladni: CommandLine, table: Path) -> None:

@@ -52,7 +52,7 @@ from chladni.host.cli.common.output import (
 )
 from chladni.host.cli.common.tolerance_verdicts import of_tolerances
 from chladni.host.cli.measured.refit import board_refit
-from chladni.host.manufacture.board_parts import board_parts, moving_mass_g, sheet_of
+from chladni.host.manufacture.board_parts import board_parts, foam_of, moving_mass_g, sheet_of
 from chladni.host.manufacture.drawing import board_drawing
 from chladni.host.manufacture.drawing_files import FORMATS, save_drawing
 from chladni.host.manufacture.prices import price_list
@@ -100,7 +100,9 @@ def board_show(
             if isolation := getattr(loaded.measured, key):
                 result[f"measured_{key}"] = asdict(isolation)
     if loaded.foundation:
-        result["foundation"] = foundation_report(loaded)
+        foam = foam_of(loaded.foundation)
+        named = {"foam": foam} if foam else {}
+        result["foundation"] = named | foundation_report(loaded)
         say_vent(loaded)
     layered, wave = layered_plate(loaded), soft_wave(loaded)
     if layered:

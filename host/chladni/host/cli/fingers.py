@@ -173,12 +173,13 @@ def fingers(
     fields, is_played = solved_board(loaded).fields, table is not None
     say_unmet(fields.error_estimate, fields.tolerance)
     _draw(figure, loaded, score, is_played=is_played)
+    just_felt = threshold_um(loaded.drive.frequency_hz)
     counts = [_as_keys(own) for own in score.counts]
     for keys in counts if built else ():
         found = _as_built(loaded, keys["fingers"], samples, drawn)
         keys["built"] = asdict(found) if as_json else _in_short(found)
     result: dict[str, Any] = {
-        "verdict": " ".join(of_fingers(own, score.apart_mm) for own in score.counts),
+        "verdict": " ".join(of_fingers(own, score.apart_mm, just_felt) for own in score.counts),
         "name": loaded.name,
         "apart_mm": score.apart_mm,
         "newtons": press,

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from chladni.drives.scoring.several_fingers.fingers_score import CountScore
 from chladni.effects.low_pass import EDGE_HZ
 from chladni.host.cli.common.output import say
@@ -103,8 +105,11 @@ def say_tones(named: str, board: Board, table: str = "T.chl", *, clicks: bool = 
     )
 
 
-def of_fingers(score: CountScore, apart_mm: float) -> str:
-    """What each of several fingers has of its own signal and of the others'."""
+def of_fingers(score: CountScore, apart_mm: float, just_felt_um: float | None) -> str:
+    """What each of several fingers has of its own signal and of the others'.
+
+    `just_felt_um` is what a resting finger just feels of a tone.
+    """
     apart, off = score.isolation_db, score.perturbed
     begin = f"{NUMBER[score.fingers]} fingers, {apart_mm:g} mm apart or more:"
     if score.finger_um is None or score.unfelt is None:
@@ -112,8 +117,10 @@ def of_fingers(score: CountScore, apart_mm: float) -> str:
     kept = f", {apart.median:z.0f} dB over the others', {apart.p10:z.0f} at the worst tenth"
     kept += of_click(score.click_db)
     within = "" if off is None else f", {_percent(off.unfelt)} within tolerances"
+    weak = float(np.mean(score.rows[:, 2] < (just_felt_um or 0.0)))
+    own = f", too little to be felt by {_percent(weak)} of them while they rest" if weak else ""
     return (
-        f"{begin} each gets {score.finger_um.median:.2g} µm of its own"
+        f"{begin} each gets {score.finger_um.median:.2g} µm of its own{own}"
         f"{kept if score.fingers > 1 else ''}; {_percent(score.unfelt)} of fingers, while they "
         f"rest, do not feel the others' signals{within}"
     )

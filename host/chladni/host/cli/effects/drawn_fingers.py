@@ -141,7 +141,7 @@ def _of_one(drawn: Drawn, found: Found, _: Sequence[str], *, as_json: bool) -> d
     rest = f"; {sum(unfelt)} of {len(found)} feel nothing of it while they rest" if knows else ""
     levels = [one.isolation_db or 0.0 for one in played]
     return {
-        "verdict": f"the other finger gets {_told(levels, 'less')}{rest}.",
+        "verdict": f"the other finger gets {levels_told(levels, 'less')}{rest}.",
         **_spreads({"peak_um": _peaks(played), "isolation_db": levels}, as_json=as_json),
         **_worst(drawn, levels, as_json=as_json),
         "unfelt": float(np.mean(unfelt)) if knows else None,
@@ -154,7 +154,7 @@ def _of_two(drawn: Drawn, found: Found, effects: Sequence[str], *, as_json: bool
     key = "over_other_effect_db"
     if not effects:
         every = levels.ravel().tolist()
-        told = _told(every, "more of its own effect than of the other's")
+        told = levels_told(every, "more of its own effect than of the other's")
         told += too_weak([one for own in found for one in own])
         peaks = _peaks([one for own in found for one in own])
         spreads = _spreads({"peak_um": peaks, key: every}, as_json=as_json)
@@ -164,7 +164,7 @@ def _of_two(drawn: Drawn, found: Found, effects: Sequence[str], *, as_json: bool
     sentences, rows = [], []
     for own, other in ((0, 1), (1, 0)):
         more = f"more of its {effects[own]} than of {'AB'[other]}'s {effects[other]}"
-        told = _told(levels[:, own].tolist(), more) + too_weak([one[own] for one in found])
+        told = levels_told(levels[:, own].tolist(), more) + too_weak([one[own] for one in found])
         sentences.append(f"{'AB'[own]} gets {told}")
         peaks = _peaks([one[own] for one in found])
         spreads = _spreads({"peak_um": peaks, key: levels[:, own].tolist()}, as_json=as_json)
@@ -221,7 +221,7 @@ def _of_unknown(drawn: Drawn, found: Found, _: Sequence[str], *, as_json: bool) 
     return {
         "verdict": (
             "another finger 20 mm away or farther, of which the device knows nothing, gets "
-            f"{_told(levels, 'less')}."
+            f"{levels_told(levels, 'less')}."
         ),
         **_spreads({"peak_um": _peaks(played), "second_finger_20mm_db": levels}, as_json=as_json),
         **_worst([one for one, _ in far], levels, as_json=as_json),
@@ -267,15 +267,15 @@ def _played(setup: Setup, drawn: Drawn, how: dict[str, Any]) -> list[list[Played
     return found
 
 
-def _told(levels: Sequence[float], what: str) -> str:
-    """Decibels, in words."""
+def levels_told(levels: Sequence[float], what: str) -> str:
+    """Decibels, in words: of less that is more, as more."""
     spread = Spread.of(list(levels))
-    worst = (
-        f"{min(levels):z.0f} at the worst"
-        if len(levels) < FEW
-        else f"{spread.p10:z.0f} at the worst tenth"
-    )
-    return f"{spread.median:z.0f} dB {what} at the median, {worst}"
+    few = len(levels) < FEW
+    median, worst = spread.median, min(levels) if few else spread.p10
+    if what == "less" and median < 0.0:
+        what, median, worst = "more", -median, -worst
+    tail = "at the worst" if few else "at the worst tenth"
+    return f"{median:z.0f} dB {what} at the median, {worst:z.0f} {tail}"
 
 
 def _peaks(found: Sequence[PlayedEffect]) -> list[float]:
