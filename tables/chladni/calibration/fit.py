@@ -136,12 +136,17 @@ def check_this_board(
 
     Coils that are wired wrongly are named with a foot that is far off, by which all else fits.
     """
-    what = farthest_off(unknowns, values, left)
-    if what is None:
+    far = farthest_off(unknowns, values, left)
+    if left > UNLIKE:
+        what = f"{left:.1f} times the noise off"
+    elif far is not None:
+        what = f"{unknowns.names[far[0]]} {far[1]:.0f} deviations off"
+    else:
         return
     expected = f"those of {unknowns.board.name}, as it may come out"
     hint = "is it this board, and nothing on it? Measure again"
-    if what.startswith("foot"):
+    feet = unknowns.foot_values
+    if left <= UNLIKE and far is not None and feet.start <= far[0] < feet.stop:
         signs = [] if wiring is None else wiring.signs.tolist()
         faults = [
             f"; {own.name} is {'dead' if sign == 0.0 else 'reversed'}"
@@ -152,10 +157,8 @@ def check_this_board(
     raise InputError("readings", what, expected, hint=hint)
 
 
-def farthest_off(unknowns: Unknowns, values: FloatArray, left: float) -> str | None:
-    """What tells, in words, that no board with such values may come out; None of one that may."""
-    if left > UNLIKE:
-        return f"{left:.1f} times the noise off"
+def farthest_off(unknowns: Unknowns, values: FloatArray, left: float) -> tuple[int, float] | None:
+    """The value that is farthest beyond where it may come out, and its deviations; None of none."""
     off = np.abs(values - unknowns.mean) / unknowns.spread
     most = np.full(off.size, FAR_OFF)
     if left < 1.0:
@@ -163,9 +166,7 @@ def farthest_off(unknowns: Unknowns, values: FloatArray, left: float) -> str | N
     # A coil of half its force is to be looked at, and its file takes as much.
     most[unknowns.forces] = np.log(10.0 ** (MOST_TRIM_DB / 20.0)) / unknowns.spread[unknowns.forces]
     worst = int(np.argmax(off / most))
-    if off[worst] <= most[worst]:
-        return None
-    return f"{unknowns.names[worst]} {off[worst]:.0f} deviations off"
+    return (worst, float(off[worst])) if off[worst] > most[worst] else None
 
 
 class _Search:
@@ -187,8 +188,8 @@ class _Search:
         found = self.solve(self.start())
         left, cost, feet = self.left(found), self._cost(found), self._unknowns.foot_values
         for foot, off in product(range(feet.start, feet.stop), LOOSE):
-            told = farthest_off(self._unknowns, found, left)
-            if told is None or told.startswith("foot"):
+            far = farthest_off(self._unknowns, found, left)
+            if left <= UNLIKE and (far is None or feet.start <= far[0] < feet.stop):
                 break
             wiring = self.wiring
             loose = self.solve(self.start((foot, off)))
