@@ -14,7 +14,6 @@ from chladni.drives.fingers.silence import REGULARISATION, drives_for
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.problem.threads import one_blas_thread
-from chladni.drives.scoring.as_built import PRESS
 from chladni.drives.scoring.best_drives import best_drives
 from chladni.drives.scoring.board_score import PITCH
 from chladni.drives.scoring.felt import MICROMETRE
@@ -27,7 +26,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Isolation
 from chladni.sim.coil.full_drive import strengths
 from chladni.sim.image import metrics
-from chladni.sim.image.finger import pressing_stiffness
+from chladni.sim.image.finger import PRESS, pressing_stiffness
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

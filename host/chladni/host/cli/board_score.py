@@ -14,7 +14,6 @@ from chladni.drives.objectives import default_objective
 from chladni.drives.scoring.as_built import (
     LEAST_PRESS,
     MOST_PRESS,
-    PRESS,
     AsBuilt,
     score_as_built,
 )
@@ -56,7 +55,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
 from chladni.sim.fields.transfer import TOLERANCE
-from chladni.sim.image.finger import NOTICED_DB
+from chladni.sim.image.finger import NOTICED_DB, PRESS
 
 OF_SEVERAL = (
     *("name", "verdict", "two_fingers", "one_finger", "built"),

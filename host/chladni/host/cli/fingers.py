@@ -14,7 +14,7 @@ from chladni.drives.fingers import responses_at
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.problem.threads import one_blas_thread
-from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS
+from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS
 from chladni.drives.scoring.several_fingers.fingers_as_built import (
     FingersAsBuilt,
     score_fingers_as_built,
@@ -57,7 +57,7 @@ from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ConflictError, InputError, MissingError
 from chladni.sim.fields.transfer import check_target
-from chladni.sim.image.finger import threshold_um
+from chladni.sim.image.finger import PRESS, threshold_um
 from chladni.tables.format import read_table
 from chladni.tables.inspection.owner import board_for
 from chladni.tables.responses import TableResponses

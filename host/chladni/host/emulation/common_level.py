@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.problem.problem import SolvedBoard
-from chladni.drives.scoring.as_built import PRESS
 from chladni.drives.scoring.several_fingers.finger_sets import finger_sets
 from chladni.host.emulation.felt_over_time import (
     FingerPlate,
@@ -17,6 +16,7 @@ from chladni.host.emulation.felt_over_time import (
     over_frequency,
 )
 from chladni.sim.board.board import Board
+from chladni.sim.image.finger import PRESS
 
 FloatArray = NDArray[np.float64]
 PLACES, SEED = 16, 3

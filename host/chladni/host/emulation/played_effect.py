@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from chladni.calibration.hidden import HiddenPlate
 from chladni.drives.problem.problem import SolvedBoard
-from chladni.drives.scoring.as_built import PRESS
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.effect import Effect, Noise
 from chladni.effects.flatten import flattened
@@ -34,7 +33,7 @@ from chladni.host.protocol.config import BIAS_RAMP_MS
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ChladniError, InputError, MissingError
-from chladni.sim.image.finger import threshold_um
+from chladni.sim.image.finger import PRESS, threshold_um
 from chladni.sim.image.metrics import decibel
 from chladni.tables.table import Table
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.scoring.as_built import PRESS
 from chladni.drives.scoring.several_fingers.fingers_play import FingersPlay, fingers_play
 from chladni.host.emulation.demodulate import Play, phasors
 from chladni.host.emulation.emulator import LEVEL, Emulator, TouchEvent
@@ -17,6 +16,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.coil.circuit import circuit_of
 from chladni.sim.errors import ChladniError
+from chladni.sim.image.finger import PRESS
 from chladni.tables.table import Table
 
 FloatArray = NDArray[np.float64]

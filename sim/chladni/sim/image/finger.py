@@ -23,6 +23,8 @@ per halved area. It is for a finger that rests. One that presses feels weaker vi
 in active touch lie considerably lower and fall with the force (S. Papetti and others, IEEE Trans.
 Haptics 10, 2017, 113-122). `PRESSING_DB` is how much lower.
 """
+PRESS = 1.0
+"""N, with which a finger presses as usual."""
 NOTICED_DB = 2.3
 """A difference of level that a fingertip tells, 30 % of amplitude (docs/feel.md)."""
 PRESSING_DB = 30.0

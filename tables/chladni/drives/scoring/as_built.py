@@ -38,7 +38,7 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ArgumentError
 from chladni.sim.fields.driven import driven_fields
 from chladni.sim.fields.pressed_sheet import PressedSheet, PressingFingers, is_thin
-from chladni.sim.image.finger import pressing_stiffness
+from chladni.sim.image.finger import PRESS, pressing_stiffness
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
@@ -47,8 +47,6 @@ FILM = 0.125e-3
 """m of PET, a touch film of one layer."""
 PRESSES = (0.3, 1.0, 3.0)
 """N: a light touch, a usual one, a firm one."""
-PRESS = 1.0
-"""N: that of the row of everything at once."""
 LEAST_PRESS, MOST_PRESS = 0.05, 10.0
 STIFFEST = 3.0
 """Of the boards with everything at once, drawn evenly in the logarithm from 1."""

@@ -21,7 +21,7 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.coil.full_drive import full_drive
 from chladni.sim.fields.driven import driven_fields
 from chladni.sim.image import metrics
-from chladni.sim.image.finger import pressing_stiffness
+from chladni.sim.image.finger import PRESS, pressing_stiffness
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
@@ -35,10 +35,8 @@ within 4, and a tone of 160 Hz keeps up to 17 dB more than a click
 (bench/several_fingers/clicks.py). Beside one finger that presses and has rested they are mostly
 within 2 dB of clicks by the pins on five boards (docs/effects.md)."""
 CLICK_PEAK = 0.89
-"""Largest sample of the shipped click behind its low-pass."""
-CLICK_PRESS = 1.0
-"""N, as `chladni play` has it. Peaks reckoned so are mostly within 1 dB of those by the pins on the
-same boards."""
+"""Largest sample of the shipped click behind its low-pass. Peaks reckoned with it are mostly within
+1 dB of those by the pins on the same boards."""
 FOAM_TWICE = 2.0
 """Foam of twice its static stiffness: at 160 Hz it may have 1 to 4 times that of its data sheet."""
 
@@ -100,7 +98,7 @@ def _pressed(
 ) -> Iterator[tuple[Place, ComplexArray]]:
     """Places, and the fields of their drives' real parts under a press, 1 at most."""
     board, values = solved.board, np.asarray(solved.fields.values)
-    stiffness = pressing_stiffness(CLICK_PRESS, board.drive.frequency_hz)
+    stiffness = pressing_stiffness(PRESS, board.drive.frequency_hz)
     targets = [(x / MM, y / MM) for x, y in places]
     answers = chain.from_iterable(solved.under_finger(own) for own in solved.groups(targets))
     for place, drive, answer in zip(places, drives, answers, strict=True):

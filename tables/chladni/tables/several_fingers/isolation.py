@@ -17,13 +17,12 @@ from chladni.drives.fingers.silence import KnownPlate
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.problem.threads import one_blas_thread
-from chladni.drives.scoring.as_built import PRESS
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
 from chladni.drives.scoring.several_fingers.fingers_score import SETS, solver_of
 from chladni.drives.scoring.several_fingers.kept_apart import rows_of
 from chladni.drives.scoring.spread import Spread
 from chladni.sim.board.board import Board
-from chladni.sim.image.finger import pressing_stiffness
+from chladni.sim.image.finger import PRESS, pressing_stiffness
 
 FloatArray = NDArray[np.float64]
 

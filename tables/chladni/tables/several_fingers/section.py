@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from chladni.drives.fingers.responses import Responses
-from chladni.drives.scoring.as_built import PRESS
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.coil.full_drive import full_drive, untrimmed
-from chladni.sim.image.finger import pressing_stiffness, threshold_um
+from chladni.sim.image.finger import PRESS, pressing_stiffness, threshold_um
 from chladni.tables.responses import METRE_PM
 from chladni.tables.stored_regions import StoredRegions
 from chladni.tables.table import ReckonedFinger, ResponsesSection, quantise

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS
+from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS
 from chladni.effects.bank.areas import LEAST_UM, MOST_UM
 from chladni.effects.files import ReadEffect, read_effect
 from chladni.host.cli.common.options import (
@@ -26,6 +26,7 @@ from chladni.host.cli.effects.remarks import say_filtered
 from chladni.sim.board.fingers import LEAST_APART
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ConflictError, InputError, MissingError
+from chladni.sim.image.finger import PRESS
 
 
 def register(app: typer.Typer) -> None:

@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.problem.threads import one_blas_thread
-from chladni.drives.scoring.as_built import PRESS
 from chladni.drives.scoring.felt import MICROMETRE
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet
 from chladni.drives.scoring.several_fingers.kept_apart import most_newtons
 from chladni.host.emulation.played_fingers import FingerVoice
 from chladni.sim.board.quantity import MM
-from chladni.sim.image.finger import pressing_stiffness, threshold_um
+from chladni.sim.image.finger import PRESS, pressing_stiffness, threshold_um
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

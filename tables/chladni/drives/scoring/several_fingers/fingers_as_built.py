@@ -18,7 +18,6 @@ from chladni.drives.methods import SEED, Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.threads import in_threads, one_blas_thread
 from chladni.drives.scoring.as_built import (
-    PRESS,
     check_press,
     drawn_foam,
     has_layer,
@@ -43,7 +42,7 @@ from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, drawn_boards, wit
 from chladni.drives.scoring.warm_coils import warm
 from chladni.sim.board.board import Board
 from chladni.sim.fields.pressed_sheet import PressedSheet, PressingFingers, is_thin
-from chladni.sim.image.finger import pressing_stiffness
+from chladni.sim.image.finger import PRESS, pressing_stiffness
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

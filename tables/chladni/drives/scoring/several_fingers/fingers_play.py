@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.problem.problem import solved_board
-from chladni.drives.scoring.as_built import PRESS
 from chladni.drives.scoring.felt import MICROMETRE
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, pressed_fields
 from chladni.drives.scoring.several_fingers.kept_apart import most_newtons
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
-from chladni.sim.image.finger import pressing_stiffness
+from chladni.sim.image.finger import PRESS, pressing_stiffness
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -25,7 +25,6 @@ from chladni.drives.fingers.silence import (
 from chladni.drives.methods import SEED, Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.threads import one_blas_thread
-from chladni.drives.scoring.as_built import PRESS
 from chladni.drives.scoring.felt import MICROMETRE
 from chladni.drives.scoring.kept_focus import CLICK_HZ, CLICK_PEAK
 from chladni.drives.scoring.progress_steps import StepCounter
@@ -41,7 +40,7 @@ from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, drawn_boards
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ArgumentError
-from chladni.sim.image.finger import pressing_stiffness, threshold_um
+from chladni.sim.image.finger import PRESS, pressing_stiffness, threshold_um
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

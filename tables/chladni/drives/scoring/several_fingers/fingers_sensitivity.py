@@ -9,13 +9,12 @@ from chladni.drives.fingers.responses import responses_at
 from chladni.drives.methods import SEED, Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.threads import one_blas_thread
-from chladni.drives.scoring.as_built import PRESS
 from chladni.drives.scoring.sensitivity import PLACES, Influence, variants_of
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
 from chladni.drives.scoring.several_fingers.fingers_score import solver_of
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE
 from chladni.sim.board.board import Board
-from chladni.sim.image.finger import pressing_stiffness
+from chladni.sim.image.finger import PRESS, pressing_stiffness
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
