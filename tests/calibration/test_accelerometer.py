@@ -158,7 +158,7 @@ def fields_off(found: Board, hidden: HiddenPlate) -> float:
     return float(np.linalg.norm(own - true) / np.linalg.norm(true))
 
 
-def test_a_sheet_that_screws_hold_is_found_beyond_a_mode() -> None:
+def test_a_sheet_with_held_edges_is_found_beyond_a_mode() -> None:
     """The plate's 160 Hz lies on the other side of a mode than the drawn one's."""
     board = load_board("paper")
     hidden = hidden_plate(board, 3)

@@ -23,9 +23,10 @@ from chladni.design.layouts.layouts import (
 )
 from chladni.design.layouts.plain_plate import PlainPlate
 from chladni.design.layouts.ratings import ANYWHERE, OFF, ApartRating, FocusRating
+from chladni.design.pins import with_pins
 from chladni.design.spec import read_spec, spec_of
 from chladni.design.starts import chosen, document_at, layouts_of, point_of, spread_numbers
-from chladni.design.variables import Choice, variables_of
+from chladni.design.variables import Choice, never_tried, variables_of
 from chladni.drives.methods import SEED
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Image, Mass
@@ -278,6 +279,23 @@ def test_sheets_are_as_thick_as_shops_sell_them(
     (own,) = variables_of({"plate": {"material": material, "thickness_mm": open_mm}})
     assert isinstance(own, Choice)
     assert own.options == found
+
+
+def test_values_of_a_list_that_no_board_had_are_found_with_a_driver_open() -> None:
+    """A board of the other driver has no such key; one with it counts."""
+    document = {
+        "plate": {"material": {"any": ["FR4", "steel"]}},
+        "electronics": {"lost_ns": {"any": [20, 40]}},
+    }
+    with_bridges = {"plate": {"material": "FR4"}, "electronics": {"lost_ns": 20}}
+    with_switches = {"plate": {"material": "FR4"}, "electronics": {}}
+    left = never_tried(variables_of(document), [with_switches, with_bridges])
+    assert left == {"plate.material": ("steel",), "electronics.lost_ns": (40,)}
+
+
+def test_straps_come_last_with_bridges_too() -> None:
+    own = with_pins({"drive": "bridge"}, {"sda_pin": 21, "scl_pin": 22})
+    assert not {2, 12} & {*own["pwm_pins"][:7], *own["sign_pins"][:7]}
 
 
 def test_a_spec_may_have_a_list_where_a_board_has_one_of_some_names() -> None:

@@ -32,7 +32,7 @@ from chladni.drives.scoring.survey import active_lattice
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Actuator
 from chladni.sim.board.quantity import MM
-from chladni.sim.errors import InputError
+from chladni.sim.errors import ArgumentError, InputError
 from chladni.sim.fields.board_mirrors import board_mirrors
 
 SCANNED = 16
@@ -175,7 +175,10 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
         return {"layouts": []}
     looked_at = [*offered, *(one for _, own in regular for one in own)]
     coils = [place for one in looked_at for place in one.images]
-    rating = _rating(spec, board, coils, places)
+    try:
+        rating = _rating(spec, board, coils, places)
+    except ArgumentError:
+        return {"layouts": []}  # this plate has no room for two fingers, another one may
     exchanged = [("exchanged", one) for one in best_layouts(rating, offered, count, least)]
     widest = 2.0 * np.abs(places).max(axis=0)
     sides = [k for k in (0, 1) if mirrors[k] and widest[k] >= board.fingers_apart]

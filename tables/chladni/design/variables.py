@@ -189,10 +189,11 @@ def never_tried(
 
 
 def _at(document: Document, where: Where) -> Any:
+    """The value there; None where a board of the other driver has no such key."""
     found: Any = document
-    for key in where:
+    for key in where[:-1]:
         found = found[key]
-    return found
+    return found.get(where[-1]) if isinstance(found, dict) else found[where[-1]]
 
 
 def key_of(where: Where) -> str:

@@ -78,7 +78,7 @@ def open_coils(
 def open_coils_at(
     board: Board, frequencies_hz: Sequence[float], *, model: PlateModel, tolerance: float
 ) -> list[OpenCoils]:
-    """The same at several frequencies, from the highest down: its basis does for the others."""
+    """Coils at several frequencies, from the highest down: the basis for that one does for all."""
     found = {
         hz: open_coils(board, hz, model=model, tolerance=tolerance)
         for hz in sorted(frequencies_hz, reverse=True)

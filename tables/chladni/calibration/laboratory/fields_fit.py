@@ -40,8 +40,8 @@ FEWEST_PLACES = 4
 STARTS = (-1.0, 0.0, 1.0)
 """Deviations of what holds the board, from which a search may begin."""
 SHEET_STARTS = tuple(np.linspace(-2.0, 2.0, 17).tolist())
-"""The same of a sheet that rigid screws hold, whose modes are narrow: on `paper` an accelerometer's
-fields were taken for those of a mode beside the right one, and levels were 2 dB off."""
+"""The same of a sheet whose edges are held, or that nothing holds, whose modes are narrow: on
+`paper` fields were taken for those of a mode beside the right one, and levels were 2 dB off."""
 UNLIKE = 0.5
 """Share of a field that the best board does not explain, above which it is another one's."""
 CLEARLY = 0.6

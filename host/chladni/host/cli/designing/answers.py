@@ -84,11 +84,16 @@ def extent(found: Design, spec: Spec, samples: int, minutes: float | None, kept:
     return said.strip()
 
 
+def _in_words(value: Any) -> str:
+    """A value of a list, which may be a block of its own."""
+    return " ".join(map(str, value.values())) if isinstance(value, dict) else str(value)
+
+
 def _never_tried(found: Design) -> str:
     """Values of the SPEC's lists that no board had."""
     lists = []
     for key, values in found.never_tried.items():
-        named = ", ".join(f"{one}" for one in values[:MOST_NAMED])
+        named = ", ".join(_in_words(one) for one in values[:MOST_NAMED])
         more = len(values) - MOST_NAMED
         lists.append(f"{key} {named}{f' and {more} more' if more > 0 else ''}")
     return f" It never tried {'; '.join(lists)}." if lists else ""
