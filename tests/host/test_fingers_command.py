@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -55,11 +56,13 @@ def test_a_board_says_how_far_apart_its_fingers_lie(chladni: CommandLine, tmp_pa
     (two,) = score_fingers(loaded, (2,), sets=6, samples=0).counts
     apart = np.linalg.norm(two.places[:, 0] - two.places[:, 1], axis=1)
     assert apart.min() >= 24e-3
-    board.write_text(board.read_text().replace("apart_mm = 24.0", "apart_mm = 240.0"))
-    refused = chladni("fingers", board, *asked)
-    assert refused.code == 2
-    assert "fingers.apart_mm" in refused.err
-    assert "corner to corner" in refused.err
+    most = 0.8 * np.hypot(*np.diff(loaded.active_area).ravel()) * 1e3
+    for command in (("fingers", *asked), ("score", "--json"), ("show",)):
+        board.write_text(re.sub("apart_mm = .*", f"apart_mm = {int(most) + 1}", board.read_text()))
+        words = command[:1] if command[0] == "fingers" else ("board", command[0])
+        refused = chladni(*words, board, *command[1:])
+        assert refused.code == 2, command
+        assert f"fingers.apart_mm: expected at most {int(most)}" in refused.err.replace("\n", " ")
 
 
 def test_a_signal_too_weak_for_its_own_finger_is_told() -> None:

@@ -32,6 +32,7 @@ def table(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_decibels_less_are_more_where_they_are_below_0() -> None:
     assert levels_told([12.0, 3.0, 8.0], "less") == "8 dB less at the median, 3 at the worst"
     assert levels_told([2.0, -3.0, -1.0], "less") == "1 dB more at the median, 3 at the worst"
+    assert levels_told([9.0, 5.0, -2.0], "less") == "5 dB less at the median, 2 more at the worst"
     tenth = levels_told(np.linspace(-20.0, 10.0, 31).tolist(), "less")
     assert tenth == "5 dB more at the median, 17 at the worst tenth"
 

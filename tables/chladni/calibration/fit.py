@@ -145,8 +145,7 @@ def check_this_board(
         return
     expected = f"those of {unknowns.board.name}, as it may come out"
     hint = "is it this board, and nothing on it? Measure again"
-    feet = unknowns.foot_values
-    if left <= UNLIKE and far is not None and feet.start <= far[0] < feet.stop:
+    if left <= UNLIKE and far is not None and unknowns.is_foot(far[0]):
         signs = [] if wiring is None else wiring.signs.tolist()
         faults = [
             f"; {own.name} is {'dead' if sign == 0.0 else 'reversed'}"
@@ -189,7 +188,7 @@ class _Search:
         left, cost, feet = self.left(found), self._cost(found), self._unknowns.foot_values
         for foot, off in product(range(feet.start, feet.stop), LOOSE):
             far = farthest_off(self._unknowns, found, left)
-            if left <= UNLIKE and (far is None or feet.start <= far[0] < feet.stop):
+            if left <= UNLIKE and (far is None or self._unknowns.is_foot(far[0])):
                 break
             wiring = self.wiring
             loose = self.solve(self.start((foot, off)))

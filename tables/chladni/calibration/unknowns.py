@@ -81,6 +81,11 @@ class Unknowns:
         first = self.patch_values.stop
         return slice(first, first + len(uneven_feet(self.board)))
 
+    def is_foot(self, value: int) -> bool:
+        """Whether this value is a foot's."""
+        own = self.foot_values
+        return bool(own.start <= value < own.stop)
+
     @property
     def places(self) -> slice:
         """Coils' moves, x and y of each, m."""

@@ -203,6 +203,9 @@ def spec_of(document: Document) -> Spec:
         check_pins(document.get("electronics"), most)
     with faults.kept():
         variables = _variables(board)
+        if any(own.where == ("fingers", "apart_mm") for own in variables):
+            expected = "one number: no search chooses what it is rated by"
+            raise InputError("fingers.apart_mm", board["fingers"]["apart_mm"], expected)
     faults.tell()
     if not variables and not counts:
         raise ArgumentError(

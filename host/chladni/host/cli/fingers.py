@@ -156,7 +156,7 @@ def fingers(
     if pair is not None:
         _tell_pair(loaded, pair, solve, (regularisation, press), figure, as_json=as_json)
         return
-    drawn: dict[str, Any] = {"apart": apart and apart * MM, "sets": sets}
+    drawn: dict[str, Any] = {"apart": None if apart is None else apart * MM, "sets": sets}
     drawn |= {"regularisation": regularisation, "newtons": press, "seed": seed}
     with progress_bar("sets of fingers") as progress:
         score = score_fingers(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -22,6 +23,9 @@ from chladni.sim.errors import InputError, MissingError
 
 FloatArray = NDArray[np.float64]
 
+ROOM_APART = 0.8
+"""Of an area's diagonal: in a square one pair in 200 lies as far apart, in a strip more."""
+
 
 @dataclass(frozen=True)
 class Board(BoardParts):
@@ -35,6 +39,17 @@ class Board(BoardParts):
 
     def __post_init__(self) -> None:
         check_board(self)
+        self._check_apart()
+
+    def _check_apart(self) -> None:
+        """Refuse fingers so far apart that hardly a pair of places is: none would be drawn."""
+        if self.fingers_apart <= LEAST_APART:
+            return
+        most = ROOM_APART * math.hypot(*(high - low for low, high in self.active_area))
+        if self.fingers_apart > most:
+            share = f"{100 * ROOM_APART:.0f} % of the active area from corner to corner"
+            expected = f"at most {math.floor(most / MM)}, {share}"
+            raise InputError("fingers.apart_mm", self.fingers_apart / MM, expected)
 
     @property
     def x(self) -> FloatArray:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime
-import math
 import re
 from pathlib import Path
 from typing import Any
@@ -121,10 +120,6 @@ def _check_sizes(board: BoardParts) -> None:
     ):
         if pitch is not None and pitch > smallest:
             raise InputError(field, pitch / MM, "at most the short side")
-    longest = math.hypot(*board.plate.size)
-    if board.fingers is not None and board.fingers.apart > longest:
-        expected = f"at most {longest / MM:.0f}, from corner to corner"
-        raise InputError("fingers.apart_mm", board.fingers.apart / MM, expected)
 
 
 def _check_focus(board: BoardParts) -> None:

@@ -268,14 +268,16 @@ def _played(setup: Setup, drawn: Drawn, how: dict[str, Any]) -> list[list[Played
 
 
 def levels_told(levels: Sequence[float], what: str) -> str:
-    """Decibels, in words: of less that is more, as more."""
+    """Decibels, in words: of less that is more, as more, each by its own sign."""
     spread = Spread.of(list(levels))
     few = len(levels) < FEW
     median, worst = spread.median, min(levels) if few else spread.p10
-    if what == "less" and median < 0.0:
-        what, median, worst = "more", -median, -worst
     tail = "at the worst" if few else "at the worst tenth"
-    return f"{median:z.0f} dB {what} at the median, {worst:z.0f} {tail}"
+    if what != "less":
+        return f"{median:z.0f} dB {what} at the median, {worst:z.0f} {tail}"
+    words = ["more" if f"{own:z.0f}".startswith("-") else "less" for own in (median, worst)]
+    at_worst = f"{abs(worst):.0f}" if words[0] == words[1] else f"{abs(worst):.0f} {words[1]}"
+    return f"{abs(median):.0f} dB {words[0]} at the median, {at_worst} {tail}"
 
 
 def _peaks(found: Sequence[PlayedEffect]) -> list[float]:
