@@ -287,3 +287,12 @@ def test_frequencies_from_the_highest_down_share_its_basis(prototype: Board) -> 
     for own in hz:
         off = np.linalg.norm(risen[own].values - fallen[own].values)
         assert off < 2.0 * tolerance * np.linalg.norm(risen[own].values)
+
+
+def test_a_basis_with_much_to_spare_is_not_used(prototype: Board) -> None:
+    """It would cost more than one of its own."""
+    model = plate_model(prototype)
+    larger = transfer_fields(prototype, frequency_hz=16e3, tolerance=1e-3, model=model)
+    own = transfer_fields(prototype, frequency_hz=80.0, tolerance=1e-3, model=model)
+    alone = transfer_fields(prototype, frequency_hz=80.0, tolerance=1e-3)
+    assert own.modes_used == alone.modes_used < larger.modes_used
