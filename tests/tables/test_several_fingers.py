@@ -8,12 +8,18 @@ import numpy as np
 import pytest
 
 from chladni.drives.fingers import drives_for, responses_at
+from chladni.drives.fingers.choice import chosen_drives
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
-from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
+from chladni.drives.scoring.several_fingers.fingers_score import (
+    EXPECTED_TO_REAL,
+    score_fingers,
+    solver_of,
+)
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board, parse_board
 from chladni.sim.board.fingers import Focus, SeveralFingers
+from chladni.sim.board.quantity import MM
 from chladni.sim.board.writing import board_file
 from chladni.sim.errors import ArgumentError, ConflictError, InputError
 from chladni.sim.image.finger import pressing_stiffness
@@ -29,6 +35,7 @@ from chladni.tables.several_fingers.build import (
 )
 from chladni.tables.several_fingers.build_for import build_for, default_kind
 from chladni.tables.several_fingers.isolation import LIMIT_DB, DrawnPairs, lost_db
+from chladni.tables.several_fingers.section import reckoned_finger
 from chladni.tables.table import Table
 
 STIFFNESS = pressing_stiffness(1.0, 160.0)
@@ -121,9 +128,8 @@ def test_what_a_table_cannot_be_built_of_is_named(board: Board) -> None:
         responses_table(board, bits=9)
     with pytest.raises(InputError, match="bytes"):
         responses_table(board, pitch=0.5e-3, bits=16, frequencies_hz=[100, 120, 140, 160])
-    far_apart = replace(board, fingers=SeveralFingers(apart=0.162))
-    with pytest.raises(ArgumentError, match="no room"):
-        responses_table(far_apart)
+    with pytest.raises(InputError, match="apart_mm: expected at most 124"):
+        replace(board, fingers=SeveralFingers(apart=0.162))
     with pytest.raises(ArgumentError, match="finger, fingers, both"):
         build_for(board, "thumbs")
     with pytest.raises(ConflictError, match="responses alone"):
@@ -189,3 +195,20 @@ def test_drives_and_responses_share_a_table(
     assert found.largest_of_responses is not None
     assert found.largest_of_responses > 0.01
     assert difference(both, both).responses_that_differ == 0
+
+
+def test_scores_choose_how_still_a_finger_leaves_others_as_a_device_does() -> None:
+    """By the force that its table has, whoever plays: here a shared one would choose 1e-3."""
+    strip, places = load_board("strip5"), np.array([[1.4, 6.7], [1.5, -10.7]]) * MM
+    known, finger = responses_at(solved_board(strip)), reckoned_finger(strip, 160.0)
+    felt = finger.threshold_pm * 1e-12 * EXPECTED_TO_REAL
+    wanted = chosen_drives(
+        known,
+        places.tolist(),
+        thresholds=[felt, felt],
+        levels=[finger.full_force_un * 1e-6] * 2,
+        stiffness=finger.stiffness,
+    )
+    assert wanted.regularisation.tolist() == [1e-4, 1e-4]
+    found = solver_of(strip, known, None)(places)
+    assert found == pytest.approx(wanted.found.drives, rel=1e-5)

@@ -149,6 +149,13 @@ def untrimmed(board: Board) -> Board:
     return replace(board, actuators=tuple(replace(own, trim_db=0.0) for own in board.actuators))
 
 
+def full_newtons(board: Board, frequency_hz: float) -> float | None:
+    """Peak that each coil can push while all of them work alike, N; None without a coil."""
+    alike = np.ones(len(board.actuators), dtype=np.complex128)
+    full = full_drive(untrimmed(board), alike, frequency_hz)
+    return None if full is None else full.newtons
+
+
 def weakest(board: Board) -> float:
     """What the weakest coil does of what it is drawn with: no coil can do more than all."""
     return float(np.abs(strengths(board)).min(initial=1.0))

@@ -7,7 +7,7 @@ import numpy as np
 from chladni.drives.fingers.responses import Responses
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
-from chladni.sim.coil.full_drive import full_drive, untrimmed
+from chladni.sim.coil.full_drive import full_newtons
 from chladni.sim.image.finger import PRESS, pressing_stiffness, threshold_um
 from chladni.tables.responses import METRE_PM
 from chladni.tables.stored_regions import StoredRegions
@@ -44,12 +44,10 @@ def section_of(
 
 def reckoned_finger(board: Board, frequency_hz: float) -> ReckonedFinger:
     """What presses a board, and what its coils can push while all of them work alike."""
-    full = full_drive(
-        untrimmed(board), np.ones(len(board.actuators), dtype=np.complex128), frequency_hz
-    )
+    full = full_newtons(board, frequency_hz)
     threshold = threshold_um(frequency_hz)
     return ReckonedFinger(
-        full_force_un=0 if full is None else round(full.newtons * 1e6),
+        full_force_un=round(1e6 * (full or 0.0)),
         threshold_pm=0 if threshold is None else round(threshold * 1e6),
         stiffness=complex(np.complex64(pressing_stiffness(PRESS, frequency_hz))),
     )

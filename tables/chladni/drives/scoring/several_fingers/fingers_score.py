@@ -39,6 +39,7 @@ from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, drawn_boards
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
+from chladni.sim.coil.full_drive import full_newtons
 from chladni.sim.errors import ArgumentError
 from chladni.sim.image.finger import PRESS, pressing_stiffness, threshold_um
 
@@ -195,19 +196,19 @@ def solver_of(
 ) -> Solve:
     """What finds a set's drives from a plate as it is known; λ as of `score_fingers`.
 
-    With `real` gains, for signals that are no tones.
+    With `real` gains, for signals that are no tones. Each finger chooses λ as on a device, which
+    does not know who plays: as if it had all that coils can push to itself.
     """
     stiffness = pressing_stiffness(PRESS, board.drive.frequency_hz)
     threshold = threshold_um(board.drive.frequency_hz)
+    newtons = full_newtons(board, board.drive.frequency_hz)
     fixed = REGULARISATION if regularisation is None else regularisation
 
     def solve(places: FloatArray) -> ComplexArray:
         fingers = places.tolist()
         how: dict[str, Any] = {"stiffness": stiffness, "real": real}
-        first = drives_for(plate, fingers, regularisation=fixed, **how).drives
-        newtons = most_newtons(board, first)
         if regularisation is not None or threshold is None or newtons is None:
-            return first
+            return drives_for(plate, fingers, regularisation=fixed, **how).drives
         felt = np.full(len(fingers), threshold * MICROMETRE * EXPECTED_TO_REAL)
         levels = np.full(len(fingers), newtons)
         return chosen_drives(
