@@ -70,7 +70,7 @@ def with_swapped_pixels(board: Board) -> Board:
 
 CHANGES: dict[str, Change] = {
     "foam, which has no holes: foundation.coil_cut_out_mm is their radius, 3 or": without_holes,
-    "1 mm into the foam, whose holes are ⌀6.5 (coil_cut_out_mm is a radius)": with_wider_holes,
+    "1 mm into 6 mm of foam, whose holes are ⌀6.5 (coil_cut_out_mm is a radius)": with_wider_holes,
     "coil_k_per_w, 60, is of a coil of ⌀15 mm: one of ⌀10 gets hotter": with_cool_coils,
     "steel is magnetic": on_steel,
     "supply_limit_ma, 2 mA, is less than a tenth": on_two_milliamperes,

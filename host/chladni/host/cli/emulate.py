@@ -28,6 +28,7 @@ from chladni.sim.errors import ConflictError, InputError, MissingError
 from chladni.sim.files import write_arrays
 from chladni.tables.format import read_table
 from chladni.tables.inspection.owner import board_for
+from chladni.tables.table import Table
 
 if TYPE_CHECKING:
     from chladni.calibration.hidden import HiddenPlate
@@ -159,15 +160,16 @@ def emulate(
     else:
         recording, alone = run_alone(loaded, owner, events, run_ms, level=level)
         told = of_place(alone.card, frequency_hz=owner.drive.frequency_hz, for_fingers=True)
-        result = {"latency_ms": alone.latency_ms, "reported_ms": alone.reported_ms}
-        result |= {"target_mm": list(alone.target_mm)}
-        result |= alone.card.by_key() | {"objective": "only responses"}
+        result = {own: getattr(alone, own) for own in ("latency_ms", "reported_ms", "target_mm")}
+        # A finger's own drive is no focus: people would take its rows for a failure.
+        result |= (alone.card.by_key() if as_json else {}) | {"objective": "only responses"}
         played_um = alone.played_um
     write_arrays(file, t_s=recording.t_s, duty=recording.duty, carrier_hz=recording.carrier_hz)
     _say_of_the_panel(owner, result["reported_ms"])
-    told += _in_recording(played_um, level)
-    result = {"verdict": told} | result | {"played_um": played_um, "path": str(file)}
+    first = {"verdict": told + _in_recording(played_um, level)}
+    result = first | result | {"played_um": played_um, "path": str(file)}
     answer(result, as_json=as_json, title=f"{table} on the emulated board")
+    _say_of_others(loaded, owner, table, as_json=as_json)
 
 
 def _in_recording(played_um: float | None, level: float) -> str:
@@ -178,6 +180,11 @@ def _in_recording(played_um: float | None, level: float) -> str:
         " So much a coil's limits allow without end. In the recording, at --level "
         f"{level:g}, it is {played_um:.2g} µm."
     )
+
+
+def _say_of_others(loaded: Table, owner: Board, named: Path | None, *, as_json: bool) -> None:
+    if not loaded.sections and not as_json:
+        say(f"`chladni fingers {owner.name}.toml --table {named}` tells what other fingers get")
 
 
 def _say_of_the_panel(board: Board, reported_ms: float) -> None:

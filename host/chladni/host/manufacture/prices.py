@@ -27,9 +27,15 @@ ALSO_SOLD_BY = {
     "plate": "dealers in laminates, shim stock and thin sheets",
     "earth wire": "hobby shops",
     "ground plate": "plastics and metal shops",
-    "touch panel": "shops for chips: the sheet's board maker etches the electrodes",
+    "touch panel": "shops for chips: makers of boards or touch glass etch the electrodes",
 }
 """Of parts that no list has a price for."""
+OF_PLATES = {
+    "acrylic": "plastics shops",
+    "polycarbonate": "plastics shops",
+    "glass": "shops for technical glass, cut to size with ground edges",
+}
+"""The same of plates that are no laminate, by their material."""
 
 
 @dataclass(frozen=True)
@@ -81,9 +87,9 @@ class PriceList:
 
     def sold_by(self, part: Part) -> str | None:
         """Kinds of suppliers of a part, if any are known."""
-        price = self.find(part)
-        is_plastic = part.part == "plate" and part.value.startswith(("acrylic", "polycarbonate"))
-        also = "plastics shops" if is_plastic else ALSO_SOLD_BY.get(part.part)
+        price, also = self.find(part), ALSO_SOLD_BY.get(part.part)
+        if part.part == "plate":
+            also = OF_PLATES.get(part.value.split(",")[0], also)
         return price.sold_by if price else also
 
     def total(self, parts: Sequence[Part]) -> tuple[float, float]:

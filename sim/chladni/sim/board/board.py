@@ -45,10 +45,13 @@ class Board(BoardParts):
         """Refuse fingers so far apart that hardly a pair of places is: none would be drawn."""
         if self.fingers_apart <= LEAST_APART:
             return
-        most = ROOM_APART * math.hypot(*(high - low for low, high in self.active_area))
+        sides = [high - low for low, high in self.active_area]
+        most = ROOM_APART * math.hypot(*sides)
         if self.fingers_apart > most:
             share = f"{100 * ROOM_APART:.0f} % of the active area from corner to corner"
-            expected = f"at most {math.floor(most / MM)}, {share}"
+            area = " × ".join(f"{side / MM:.3g}" for side in sides)
+            sensed = "" if self.panel is None else ", as far as the panel senses it"
+            expected = f"at most {math.floor(most / MM)}, {share} ({area} mm{sensed})"
             raise InputError("fingers.apart_mm", self.fingers_apart / MM, expected)
 
     @property

@@ -226,9 +226,10 @@ def say_of_coils(board: Board) -> None:
         wider = f"; cut ⌀{cut_mm:g}, to clear the magnets" if cut_mm > own_mm else ""
         say(
             f"coils of ⌀{winding.outer / MM:g} mm stand under the magnets and reach "
-            f"{board.coils_in_foam / MM:.3g} mm into the foam, whose holes are ⌀{own_mm:g} "
-            f"(coil_cut_out_mm is a radius{wider}): widen these from below, so deep, as `board "
-            "drawing` says. The file stays as it is: above, the foam still holds the plate"
+            f"{board.coils_in_foam / MM:.3g} mm into {foundation.thickness / MM:.3g} mm of foam, "
+            f"whose holes are ⌀{own_mm:g} (coil_cut_out_mm is a radius{wider}): widen these "
+            "from below, so deep, as `board drawing` says. The file stays as it is: above, the "
+            "foam still holds the plate"
         )
     if winding.outer < SMALL_COIL and own.coil_k_per_w < K_PER_W_OF_SMALL:
         say(

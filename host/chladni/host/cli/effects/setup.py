@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -86,6 +87,7 @@ def setup_of(connection: Connection, places: Sequence[Place], hidden: str | None
     for option, place in zip(("--at", "--other"), places, strict=False):
         check_target(board, place, option)
         _say_inactive(board, place, option)
+    _say_near(board, places)
     plate = named_plate(board, hidden)
     if table is None:
         with progress_bar("table") as progress:
@@ -104,3 +106,13 @@ def _say_inactive(board: Board, place: Place, option: str) -> None:
     if not board.is_active(place[0] * MM, place[1] * MM):
         x, y = (f"{low / MM:g} to {high / MM:g}" for low, high in board.active_area)
         say(f"{option} lies beyond the active area, x {x} and y {y} mm, in which boards are scored")
+
+
+def _say_near(board: Board, places: Sequence[Place]) -> None:
+    """Remark on two fingers nearer to each other than those that the board is for."""
+    least = board.fingers_apart / MM
+    if board.fingers and len(places) == 2 and (apart := math.dist(*places)) < least:
+        say(
+            f"these fingers are {apart:.3g} mm apart, and {board.name} is for fingers that lie "
+            f"{least:g} mm apart or more (fingers.apart_mm)"
+        )
