@@ -12,13 +12,15 @@ import pytest
 
 from calibration.small_board import small_board
 from chladni.calibration import hidden_plate
+from chladni.calibration.hidden import foot_name
 from chladni.calibration.laboratory.measured_fields import joined
 from chladni.calibration.laboratory.measured_files import fields_csv, read_measured
+from chladni.calibration.parameters import Parameter
 from chladni.calibration.restored import Restored, Truth
-from chladni.drives.fingers.silence import REGULARISATION
 from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
 from chladni.drives.scoring.spread import Spread
-from chladni.host.cli.measured.calibrate import _for_people, verdict
+from chladni.host.cli.measured.calibrate import _for_people
+from chladni.host.cli.measured.verdict import FEET_ALIKE, verdict
 from chladni.host.cli.measured.ways import Calibrated
 from chladni.host.device.device import Device
 from chladni.host.device.wires.virtual_port import VirtualPort
@@ -28,7 +30,7 @@ from chladni.host.emulation.shaken_plate import Sensor, ShakenPlate
 from chladni.host.measuring.accelerometer import read_motions
 from chladni.sim.board.file import load_board
 from chladni.sim.board.fingers import Focus
-from chladni.sim.board.parts import Isolation
+from chladni.sim.board.parts import Isolation, Spring
 from chladni.sim.board.writing import board_file, measured_file
 from conftest import CommandLine
 
@@ -98,7 +100,7 @@ def test_a_board_is_calibrated_and_its_file_is_one(
 def test_people_read_the_truth_and_one_fingers_level_where_it_matters(focus: Focus | None) -> None:
     coil = {"name": "coil-1", "polarity": 1, "dead": False, "force": 1.1, "true": -1.08}
     scores = {"second_finger_20mm_db": {"median": 15.0}, "level_db": {"median": 1.0}}
-    result = {"coils": [coil], "before": scores, "after": scores}
+    result = {"coils": [coil], "as_drawn": scores, "before": scores, "after": scores}
     board = dataclasses.replace(small_board(), focus=focus)
     rows = _for_people(board, result, is_scored_on_itself=False)
     assert rows["coils"] == {"coil-1": "1.10 of the drawn force (true 1.08, reversed)"}
@@ -299,9 +301,11 @@ def test_micrometres_stand_beside_decibels() -> None:
     board = small_board()
     truth = Truth.found(board, board, sets=20).score(board)
     assert truth.fingers_um is not None
-    (scored,) = score_fingers(board, (2,), sets=20, samples=0, regularisation=REGULARISATION).counts
+    (scored,) = score_fingers(board, (2,), sets=20, samples=0).counts
     assert scored.finger_um is not None
     assert truth.fingers_um.median == pytest.approx(scored.finger_um.median, rel=0.01)
+    # As `fingers` has it, worst tenth and all: both choose λ as the board's device does.
+    assert truth.fingers_2_db.p10 == pytest.approx(scored.isolation_db.p10, abs=0.05)
     told = verdict(board, Calibrated(board, (), "coils", None), truth, truth, 20)
     tail = f"{truth.fingers_2_db.p10:.0f}"
     assert f"At the worst tenth two fingers {tail} dB before, {tail} after. Each gets " in told
@@ -309,6 +313,28 @@ def test_micrometres_stand_beside_decibels() -> None:
     um = truth.fingers_um
     assert f" µm before, {um.median:.2g} after, {um.p10:.2g} at the worst tenth." in told
     assert told.endswith("its thickness and modulus go together, and are not told apart.")
+
+
+def test_a_verdict_says_when_new_drives_are_worse_and_which_foot_is_odd() -> None:
+    feet = tuple(Spring((x, 0.0), 8e3) for x in (-26e-3, 26e-3))
+    board = dataclasses.replace(small_board(), foundation=None, springs=feet)
+    old, new = [
+        Restored(None, Spread(db, db - 9.0, db + 9.0), Spread(0, 0, 0)) for db in (35.0, 31)
+    ]
+    means = Parameter("feet", 1.2, 1.1, 1.3, True)
+    by_ear = Calibrated(board, (means,), "a microphone", None)
+    told = verdict(board, by_ear, old, new, 60)
+    assert "4.0 dB less apart than the old ones: keep the drawn board's file" in told
+    assert FEET_ALIKE in told
+    assert "less apart than the old ones: keep" not in verdict(
+        board, by_ear, old, new, 60, is_on_plate=False
+    )
+    assert "less apart than the old ones: keep" not in verdict(board, by_ear, new, old, 60)
+    names = [foot_name(own) for own in feet]
+    each = (Parameter(names[0], 1.1, 1.0, 1.2, True), Parameter(names[1], 1.7, 1.6, 1.8, True))
+    told = verdict(board, Calibrated(board, (means, *each), "coils", None), old, new, 60)
+    assert FEET_ALIKE not in told
+    assert told.endswith("feet 1.20 times the drawn one, of them the foot at 26, 0 mm 1.70 times.")
 
 
 def test_a_file_keeps_one_finger_where_focus_is_what_its_board_is_for() -> None:

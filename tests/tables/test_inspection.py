@@ -100,6 +100,17 @@ def test_a_measured_board_beside_its_table_is_found_under_a_shipped_name(
     assert "prototype, as measured" in chladni("table", "show", file).out
     (tmp_path / "t.toml").unlink()
     assert "as measured" not in chladni("table", "show", file).out
+    # The drawn board's table is not the measured one's, though both have one name.
+    with pytest.raises(InputError, match=r"'prototype' as it was measured.*another version of"):
+        board_for(coarse_table[0], _written(tmp_path / "measured.toml", measured))
+    again = dataclasses.replace(measured, measured=None)
+    with pytest.raises(InputError, match=r"as its file is now.*build it again for this one"):
+        board_for(coarse_table[0], _written(tmp_path / "again.toml", again))
+
+
+def _written(path: Path, board: Board) -> Path:
+    path.write_bytes(board_file(board))
+    return path
 
 
 def test_the_old_name_of_board_for_warns_and_works(table: Table, prototype: Board) -> None:

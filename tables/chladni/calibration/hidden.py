@@ -25,7 +25,8 @@ from chladni.drives.scoring.warm_coils import COPPER
 from chladni.sim.board.board import Board
 from chladni.sim.board.catalogue import RUBBER
 from chladni.sim.board.foundation import Patch
-from chladni.sim.board.parts import Plate
+from chladni.sim.board.parts import Plate, Spring
+from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
 
 FloatArray = NDArray[np.float64]
@@ -83,8 +84,8 @@ class HiddenPlate:
     def ratios(self, drawn: Board) -> dict[str, float]:
         """What it really is over the drawn board, by the names of calibration's parameters.
 
-        Foam is the mean of its patches' logarithms, feet that of theirs, as where they are fitted.
-        What one of both boards lacks is left out.
+        Foam is the mean of its patches' logarithms, feet that of theirs, as where they are fitted;
+        feet are there one by one, too. What one of both boards lacks is left out.
         """
         true, soft = self.board, with_soft_screws(drawn)
         pairs = {
@@ -100,7 +101,16 @@ class HiddenPlate:
             pairs["foam"] = (even, drawn.foundation.sheet_stiffness)
             losses = [own.sheet_loss_factor for own in (true.foundation, drawn.foundation)]
             pairs["foam's loss"] = (losses[0], losses[1])
+        # A plate of another version of the file may have fewer feet, or others.
+        if len(true.springs) == len(drawn.springs):
+            for own, of in zip(true.springs, drawn.springs, strict=True):
+                pairs[foot_name(of)] = (own.stiffness, of.stiffness)
         return {name: float(own / of) for name, (own, of) in pairs.items() if own and of}
+
+
+def foot_name(foot: Spring) -> str:
+    """What reports call one of several."""
+    return "foot at {:.0f}, {:.0f} mm".format(*(along / MM for along in foot.at))
 
 
 def _even(values: list[float]) -> float:

@@ -54,7 +54,7 @@ class Parameter:
 def parameters_of(
     unknowns: Unknowns, values: FloatArray, covariance: FloatArray, inexact: float = INEXACT
 ) -> Iterator[Parameter]:
-    """What was found of the whole board; foam and feet are means of all patches and feet.
+    """What was found of the whole board, and of each foot; foam and feet are means of all of them.
 
     Of the first of the unknowns' values, as many as were fitted. `inexact` is the least deviation
     of each one's logarithm that no covariance knows of.
@@ -64,10 +64,26 @@ def parameters_of(
         takes[row] = 1.0
         parts = {"foam": unknowns.patch_values, "feet": unknowns.foot_values}.get(name, slice(0, 0))
         takes[parts] = 1.0 / max(parts.stop - parts.start, 1)
-        value = float(takes @ values)
         least = max(UNFITTED.get(name, 0.0), inexact)
         if name == "sheet's loss" and "foam" in unknowns.scales:
             least = BESIDE_FOAM
-        own = float(np.hypot(np.sqrt(takes @ covariance @ takes), least))
-        before = float(np.sqrt(takes**2 @ unknowns.spread[: values.size] ** 2))
-        yield Parameter.of_logarithm(name, value, own, own < TOLD_APART * before)
+        yield _parameter(unknowns, values, covariance, name, takes, least)
+    feet = unknowns.foot_values
+    for row in range(feet.start, min(feet.stop, values.size)):
+        takes = np.zeros(values.size)
+        takes[[unknowns.scales.index("feet"), row]] = 1.0
+        yield _parameter(unknowns, values, covariance, unknowns.names[row], takes, inexact)
+
+
+def _parameter(
+    unknowns: Unknowns,
+    values: FloatArray,
+    covariance: FloatArray,
+    name: str,
+    takes: FloatArray,
+    least: float,
+) -> Parameter:
+    """Of the sum of some of the values, shares `takes`, that is never known better than `least`."""
+    own = float(np.hypot(np.sqrt(takes @ covariance @ takes), least))
+    before = float(np.sqrt(takes**2 @ unknowns.spread[: values.size] ** 2))
+    return Parameter.of_logarithm(name, float(takes @ values), own, own < TOLD_APART * before)

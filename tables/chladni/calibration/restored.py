@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from chladni.calibration.coils_known import with_coils_known
 from chladni.calibration.hidden import HiddenPlate
 from chladni.drives.fingers import responses_at
-from chladni.drives.fingers.silence import REGULARISATION, drives_for
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.problem.threads import one_blas_thread
@@ -18,6 +17,7 @@ from chladni.drives.scoring.best_drives import best_drives
 from chladni.drives.scoring.board_score import PITCH
 from chladni.drives.scoring.felt import MICROMETRE
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
+from chladni.drives.scoring.several_fingers.fingers_score import solver_of
 from chladni.drives.scoring.several_fingers.kept_apart import most_newtons
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import Survey, active_lattice
@@ -151,7 +151,10 @@ class Truth:
         return cls(measured, np.array(forces), drawn, sets=sets)
 
     def score(self, known: Board) -> Restored:
-        """Find drives for a board as it is known, and play them on the plate that there is."""
+        """Find drives for a board as it is known, and play them on the plate that there is.
+
+        Of two fingers they are found as a device with that board's table finds them.
+        """
         return self.rows(known).spreads()
 
     def rows(self, known: Board) -> RestoredRows:
@@ -180,14 +183,13 @@ class Truth:
         return np.asarray(away[away < -metrics.FLOOR_DB])
 
     def _two_fingers(self, solved: SolvedBoard) -> tuple[FloatArray, FloatArray, FloatArray]:
-        plate, forces = responses_at(solved), self._played(solved.board)
+        forces = self._played(solved.board)
         isolation, level, moved_um = [], [], []
         with one_blas_thread():
+            solve = solver_of(solved.board, responses_at(solved), None)
             meant = FingerSet.of_all(solved, self._sets, self._stiffness)
             for places, fingers, own in zip(self._sets, self._fingers, meant, strict=True):
-                drives = drives_for(
-                    plate, places.tolist(), stiffness=self._stiffness, regularisation=REGULARISATION
-                ).drives
+                drives = solve(places)
                 isolation += fingers.isolation_db(drives * forces).tolist()
                 got, said = (
                     np.abs(np.diag(part.means(played)))

@@ -20,6 +20,7 @@ from chladni.calibration.hidden import (
     PATCH,
     SCREW,
     SHEET_LOSS,
+    foot_name,
 )
 from chladni.drives.scoring.tolerances import (
     COIL_PLACE,
@@ -103,10 +104,7 @@ class Unknowns:
         coils = [own.name for own in self.board.actuators]
         moves = [f"{axis} of {own}" for own in coils for axis in ("x", "y")]
         patches = [f"foam at {x / MM:.0f}, {y / MM:.0f} mm" for x, y in self.patches]
-        feet = [
-            "foot at {:.0f}, {:.0f} mm".format(*(along / MM for along in own.at))
-            for own in uneven_feet(self.board)
-        ]
+        feet = map(foot_name, uneven_feet(self.board))
         return [*self.scales, *patches, *feet, *moves, *(f"force of {own}" for own in coils)]
 
     def board_at(self, values: FloatArray) -> Board:

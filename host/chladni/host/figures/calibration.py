@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 
 from chladni.calibration.restored import Restored
 from chladni.drives.scoring.spread import Spread
@@ -37,7 +38,7 @@ def calibration_figure(
 
 def _draw_plate(figure: Figure, axes: Axes, drawn: Board, board: Board) -> None:
     """Foam over the drawn one, and coils with their forces."""
-    title = "numbers: coils' forces,\ntimes the drawn ones"
+    title = "circles: coils, with their forces,\ntimes the drawn ones"
     half = [side / 2.0 / MM for side in board.plate.size]
     layer = plate_geometry(board).foundation
     if layer is not None and drawn.foundation is not None:
@@ -56,6 +57,10 @@ def _draw_plate(figure: Figure, axes: Axes, drawn: Board, board: Board) -> None:
         text = "dead" if own.is_dead else f"{abs(own.strength):.2f}"
         text = f"reversed\n{text}" if own.polarity < 0 else text
         colour = COLOURS[1] if own.is_dead or own.polarity < 0 else INK
+        if board.winding is not None:
+            axes.add_patch(
+                Circle(place, board.winding.outer / 2.0 / MM, fill=False, edgecolor=colour)
+            )
         axes.annotate(
             text,
             place,
@@ -80,7 +85,8 @@ def _draw_feet(axes: Axes, drawn: Board, board: Board) -> None:
     """Each with its stiffness over the drawn one."""
     for foot, before in zip(board.springs, drawn.springs, strict=True):
         place = (foot.at[0] / MM, foot.at[1] / MM)
-        axes.plot(*place, "^", color=FOOT, markersize=9)
+        # Above coils' labels, which are wide.
+        axes.plot(*place, "^", color=FOOT, markersize=9, zorder=5)
         ratio = f"{foot.stiffness / before.stiffness:.2f}" if before.stiffness > 0.0 else ""
         # Inwards: feet stand near edges.
         axes.annotate(

@@ -37,15 +37,20 @@ def board_for(table: Table, board: str | Path | None = None, *, file: str | None
         hint = "name the table's board by --board"
         raise InputError("actuators", table.actuators, expected, file=file, hint=hint)
     if not _is_its_board(table, found):
-        expected = f"{found.fingerprint():#018x}, that of board {found.name!r}"
-        raise InputError(
-            "board_fingerprint",
-            fingerprint_text(table.board_fingerprint),
-            expected,
-            file=file,
-            hint="name the board that it was built for, or build it again for this one",
-        )
+        raise _another(table, found, file)
     return found
+
+
+def _another(table: Table, board: Board, file: str | None) -> InputError:
+    """What is said of a table that is not this board's."""
+    expected = f"{board.fingerprint():#018x}, that of board {board.name!r}"
+    hint = "name the board that it was built for, or build it again for this one"
+    if board.name == table.board_name:
+        # A measured board keeps the drawn one's name.
+        expected += " as it was measured" if board.measured is not None else " as its file is now"
+        hint = "the table was built for another version of that file: build it again for this one"
+    given = fingerprint_text(table.board_fingerprint)
+    return InputError("board_fingerprint", given, expected, file=file, hint=hint)
 
 
 def known_board(table: Table, file: str | None) -> str | Path | None:

@@ -12,8 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from chladni.calibration.hidden import HiddenPlate
-from chladni.calibration.restored import SETS, Restored, Truth, gained
-from chladni.calibration.wiring import coil_fault
+from chladni.calibration.restored import SETS, Restored, Truth
 from chladni.host.cli.common.hidden_plates import named_plate
 from chladni.host.cli.common.options import (
     FigureOption,
@@ -31,6 +30,7 @@ from chladni.host.cli.common.output import (
 )
 from chladni.host.cli.common.ranges import within
 from chladni.host.cli.device.connection import Connection, KeyOption, UdpOption
+from chladni.host.cli.measured.verdict import faults, verdict
 from chladni.host.cli.measured.ways import Calibrated, heard, in_laboratory, read, shaken, stands
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import file_of, load_board, shipped_boards
@@ -41,10 +41,6 @@ from chladni.sim.errors import ConflictError, InputError
 from chladni.sim.files import write_whole
 
 MOST_SETS = 10_000
-NONE_TOLD_APART = (
-    "The file has the coils' forces, and a sheet that fits the readings: its thickness and modulus "
-    "go together, and are not told apart."
-)
 LEAST_GRAMS, MOST_GRAMS = 0.01, 100.0
 
 
@@ -148,7 +144,7 @@ def calibrate(
         raise ConflictError("--readings", "--microphone")
     else:
         found = heard(drawn, plate, recording)
-    before, after = _scores(drawn, found.board, plate, sets)
+    promised, before, after = _scores(drawn, found.board, plate, sets)
     known = _with_origin(found, before.isolation(drawn), after.isolation(drawn))
     write_whole(output, measured_file(drawn, known, _about(drawn, found)))
     if figure is not None:
@@ -157,11 +153,12 @@ def calibrate(
 
         write_figure(calibration_figure(drawn, known, found.by, before, after), figure)
     result = {
-        "verdict": verdict(drawn, found, before, after, sets),
+        "verdict": verdict(drawn, found, before, after, sets, is_on_plate=plate is not None),
         "path": str(output),
         "by": found.by,
         "coils": _coils(drawn, known, plate),
         "parameters": _parameters(drawn, found, plate),
+        "as_drawn": asdict(promised),
         "before": asdict(before),
         "after": asdict(after),
         "device_seconds": found.device_seconds,
@@ -188,12 +185,13 @@ def _for_people(
         if (true := own.get("true")) is not None:
             coils[own["name"]] += f" (true {abs(true):.2f}{_turned(true)})"
     told = result | {"coils": coils}
-    for when in ("before", "after"):
+    for when in ("as_drawn", "before", "after"):
         rows = dict(told[when])
         level = rows.pop("level_db")
         if drawn.focus is None:
             rows.pop("second_finger_20mm_db")
-        told[when] = rows if is_scored_on_itself else rows | {"over_promised_db": level}
+        is_on_itself = is_scored_on_itself or when == "as_drawn"
+        told[when] = rows if is_on_itself else rows | {"over_promised_db": level}
     return told
 
 
@@ -250,16 +248,21 @@ def _kilograms(
 
 def _scores(
     drawn: Board, measured: Board, plate: HiddenPlate | None, sets: int
-) -> tuple[Restored, Restored]:
-    """Drives of the drawn and of the found board, on the plate that is there or was found."""
+) -> tuple[Restored, Restored, Restored]:
+    """The drawn board's drives on itself, and both boards' on the plate that is there or was found.
+
+    The first is what the drawn board promises.
+    """
     with progress_bar("scores") as progress:
+        promised = Truth.found(drawn, drawn, sets).score(drawn)
+        progress(1, 4)
         truth = Truth.of(plate, drawn, sets) if plate else Truth.found(measured, drawn, sets)
-        progress(1, 3)
+        progress(2, 4)
         before = truth.score(drawn)
-        progress(2, 3)
+        progress(3, 4)
         after = truth.score(measured)
-        progress(3, 3)
-    return before, after
+        progress(4, 4)
+    return promised, before, after
 
 
 def _with_origin(found: Calibrated, before: Isolation, after: Isolation) -> Board:
@@ -275,7 +278,7 @@ def _with_origin(found: Calibrated, before: Isolation, after: Isolation) -> Boar
 
 def _about(drawn: Board, found: Calibrated) -> list[str]:
     """What stands on top of the file."""
-    return [f"{drawn.name} as it was measured by `chladni calibrate`.", *_faults(found)]
+    return [f"{drawn.name} as it was measured by `chladni calibrate`.", *faults(found.board)]
 
 
 def _coils(drawn: Board, board: Board, plate: HiddenPlate | None) -> list[dict[str, Any]]:
@@ -305,42 +308,3 @@ def _parameters(drawn: Board, found: Calibrated, plate: HiddenPlate | None) -> l
         true = {"true": ratios[own.name]} if own.name in ratios else {}
         rows.append(row | true | {"told": told})
     return rows
-
-
-def _faults(found: Calibrated) -> list[str]:
-    """What to look at on the desk."""
-    return [fault.said for own in found.board.actuators if (fault := coil_fault(own))]
-
-
-def _tails(drawn: Board, before: Restored, after: Restored) -> str:
-    """What the medians of a verdict leave out."""
-    rows = [("two fingers", before.fingers_2_db, after.fingers_2_db)]
-    own, then = before.second_finger_20mm_db, after.second_finger_20mm_db
-    if drawn.focus is not None and own is not None and then is not None:
-        rows.insert(0, ("from 20 mm on", own, then))
-    return ", ".join(
-        f"{name} {early.p10:z.0f} dB before, {late.p10:z.0f} after" for name, early, late in rows
-    )
-
-
-def verdict(drawn: Board, found: Calibrated, before: Restored, after: Restored, sets: int) -> str:
-    """What came of it, in a few sentences; scores are of so many sets of two fingers."""
-    told = [
-        f"{own.name} {own.value:.2f} times the drawn one" for own in found.parameters if own.told
-    ]
-    first = gained(before.isolation(drawn), after.isolation(drawn))
-    pairs = f"over {sets} pairs" if sets > 1 else "of one pair"
-    sentences = [
-        f"{first[0].upper()}{first[1:]} ({pairs}, with the solver's drives).",
-        f"At the worst tenth {_tails(drawn, before, after)}.",
-    ]
-    if (um := after.fingers_um) is not None:
-        sentences += [
-            f"Each gets {before.fingers_um.median:.2g} µm before, {um.median:.2g} after, "
-            f"{um.p10:.2g} at the worst tenth."
-            if before.fingers_um
-            else f"Each gets {um.median:.2g} µm, {um.p10:.2g} at the worst tenth."
-        ]
-    sentences += _faults(found)
-    sentences += [f"Measured: {', '.join(told)}." if told else NONE_TOLD_APART]
-    return " ".join(sentences)
