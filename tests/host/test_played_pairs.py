@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,8 +14,10 @@ import pytest
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.several_fingers.finger_sets import finger_sets
 from chladni.host.cli.effects.drawn_fingers import levels_told, too_weak
+from chladni.host.cli.effects.presses import Press
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
+from chladni.sim.board.writing import board_file
 from chladni.tables.format import pack
 from chladni.tables.several_fingers import isolation
 from chladni.tables.several_fingers.build import responses_table
@@ -198,3 +201,39 @@ def test_what_is_of_one_pair_is_refused(
     answer = chladni("play", *words, "--pairs", "3")
     assert (answer.code, answer.out) == (2, "")
     assert named in answer.err
+
+
+def test_ctrl_c_leaves_what_was_played(
+    chladni: CommandLine, table: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    played: list[Any] = []
+    plain = Press.played
+
+    def stopped(self: Press, *given: Any) -> Any:
+        if len(played) == 2:
+            raise KeyboardInterrupt
+        played.append(plain(self, *given))
+        return played[-1]
+
+    words = ("play", "click", "--emulator", "--board", "strip5", "--table", table)
+    monkeypatch.setattr(Press, "played", stopped)
+    found = chladni(*words, "--pairs", "3", "--json")
+    assert (found.code, "after 2 of 3, of which all is above" in found.err) == (130, True)
+    assert (found.json["pairs"], found.json["verdict"][:12]) == (2, "Over 2 pairs")
+    assert found.json["peak_um"]["median"] == pytest.approx(np.mean([o.peak_um for o in played]))
+    played[:] = [played[0]] * 2
+    found = chladni(*words, "--pairs", "3")
+    assert (found.code, found.out) == (130, "")
+
+
+def test_a_board_beside_its_table_is_found(
+    chladni: CommandLine, table: Path, tmp_path: Path
+) -> None:
+    own = replace(load_board("strip5"), name="mine")
+    (tmp_path / "mine.toml").write_bytes(board_file(own))
+    (tmp_path / "t.chl").write_bytes(pack(responses_table(own, pitch=7e-3, bits=12)[0]))
+    words = ("play", "click", "--emulator", "--at", "5,2", "--json")
+    found = chladni(*words, "--table", tmp_path / "t.chl")
+    assert (found.code, found.json["board"]) == (0, "mine"), found.err
+    # A shipped board's name does.
+    assert chladni(*words, "--table", table).json["board"] == "strip5"

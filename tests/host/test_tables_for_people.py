@@ -17,7 +17,7 @@ from chladni.drives.scoring.kept_focus import KeptFocus
 from chladni.drives.scoring.spread import Spread
 from chladni.host.cli.common.output import answer, by_name
 from chladni.host.cli.common.verdicts import of_board, of_built, of_places
-from chladni.host.cli.designing.answers import _unfelt, about_entry, median
+from chladni.host.cli.designing.answers import _unfelt, about_entry, median, of_design
 from chladni.host.cli.designing.remarks import say_next
 from chladni.host.device.checks.info_rows import finger_rows
 from chladni.sim.board.file import load_board
@@ -145,7 +145,7 @@ def test_a_design_for_several_fingers_says_how_clicks_are_told(
     say_next(found, spec_of(small()), Path("own.toml"))
     said = " ".join(capsys.readouterr().err.split())
     click = "`chladni play click --places 20 --emulator --board own.toml --table T.chl` tells what"
-    assert f"No finger presses but for a click, which is reckoned: {click} it leaves" in said
+    assert f"These are tones, and a click as it is reckoned: {click} it leaves" in said
     assert "the bias of switches adds to that, by some 6 dB less with ramp_ms = 25" in said
     soft = load_board("pad16")
     soft = replace(soft, electronics=replace(soft.electronics, ramp_ms=25.0))
@@ -203,7 +203,7 @@ def test_a_device_promises_no_more_than_its_table_can_keep(apart: float, words: 
 
 def test_what_stiffer_foam_leaves_of_one_finger_is_told_with_what_it_leaves_of_two() -> None:
     away = ("second_finger_20mm_db", "second_finger_16mm_db", "second_finger_db")
-    none = dict.fromkeys((*away, "click_20mm_db", "perturbed", "finger_um"))
+    none = dict.fromkeys((*away, "click_20mm_db", "perturbed", "finger_um", "coil_spacing_mm"))
     kept = KeptFocus(Spread(13.6, 9.9, 19.0), Spread(4.81, 3.0, 6.0))
     score: Any = SimpleNamespace(**none, foam_twice=kept)
     told = of_board(score, None, frequency_hz=160.0)
@@ -252,3 +252,20 @@ def test_a_design_that_no_finger_feels_says_so(um: float | None, is_told: bool) 
     told = _unfelt(SimpleNamespace(best=best, board=load_board("phone5")))  # type: ignore[arg-type]
     assert ("`[design] finger_um = 0.7` asks for more" in told) == is_told
     assert bool(told) == is_told
+
+
+def test_a_search_says_what_its_board_does_for_several_fingers_and_for_one() -> None:
+    found = {"finger_um": None, "second_finger_20mm_db": 17.0}
+    assert of_design(found, for_fingers={}).startswith("It focuses: within tolerances another")
+    found |= {"second_finger_20mm_db": -1.36, "finger_um": 3.04}
+    told = of_design(found, for_fingers={})
+    assert told.startswith("It does not focus everywhere: within tolerances another finger 20 mm")
+    assert "1.4 dB more at the worst tenth; fingers notice 2.3 dB. The finger itself m" in told
+    told = of_design(found | {"fingers_um": 1.62}, for_fingers={2: 41.2})
+    assert "2 fingers 41 dB apart at nine of ten places, at 1.6 µm or more each." in told
+    assert "2 fingers 0 dB apart" in of_design(found | {"fingers_um": 1.6}, for_fingers={2: -0.2})
+    told = of_design({"second_finger_20mm_db": 0.65}, for_fingers={2: 41.2})
+    assert "Of one finger alone another one 20 mm away gets 0.7 dB less there, which is no" in told
+    told = of_design({"second_finger_20mm_db": 9.0}, for_fingers={2: 41.2})
+    assert told.endswith("another one 20 mm away gets 9.0 dB less there.")
+    assert "alone" not in of_design({}, for_fingers={2: 41.2})

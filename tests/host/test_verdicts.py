@@ -21,7 +21,6 @@ from chladni.host.cli.common.output import answer
 from chladni.host.cli.common.table_verdicts import of_responses, of_table
 from chladni.host.cli.common.verdicts import (
     of_board,
-    of_design,
     of_methods,
     of_place,
     of_places,
@@ -127,6 +126,22 @@ def test_what_would_help_was_tried(spacing: float | None, tried: float | None, w
     assert "12 at the worst tenth (a click 26 and 4), as" in told(0.0, clicks=spread(26.0, 4.0))
 
 
+@pytest.mark.parametrize(("spacing", "room"), [(28.0, 11), (12.0, 11), (90.0, 89)])
+def test_a_board_that_focuses_at_some_places_is_told_of_what_lies_between_coils(
+    spacing: float, room: int
+) -> None:
+    score: Any = SimpleNamespace(
+        **vars(statistics(8.0, 0.5)),
+        coil_spacing_mm=spacing,
+        room_for=room,
+        **dict.fromkeys(("click_20mm_db", "foam_twice", "perturbed")),
+    )
+    told = of_board(score, None, frequency_hz=160.0)
+    between = "Coils 28 mm apart leave places between them: about 12 mm apart they would be 11 on"
+    assert (between in told) == (spacing == 28.0)
+    assert ("between them" in told) == (spacing == 28.0)
+
+
 def test_what_stiffer_foam_leaves_is_told_with_what_fingers_get(strip: Board) -> None:
     """By the drives of the board as drawn; a board on no foam has none of it."""
     (two,) = score_fingers(strip, (2,), sets=4, samples=2).counts
@@ -136,7 +151,7 @@ def test_what_stiffer_foam_leaves_is_told_with_what_fingers_get(strip: Board) ->
     (same,) = score_fingers(stiff, (2,), sets=4, samples=0, solve=lambda _: next(known)).counts
     assert foam.isolation_db.median == pytest.approx(same.isolation_db.median, abs=0.1)
     none = dict.fromkeys(("click_20mm_db", "foam_twice", "perturbed"))
-    score: Any = SimpleNamespace(**vars(statistics(9.0, 9.0)), **none)
+    score: Any = SimpleNamespace(**vars(statistics(9.0, 9.0)), coil_spacing_mm=None, **none)
     told = of_board(score, two, frequency_hz=160.0, foam_twice=foam)
     assert two.perturbed is not None
     off = two.perturbed.isolation_db
@@ -210,15 +225,6 @@ def test_methods_effects_designs_and_tables_are_summed_up() -> None:
     assert of_effect(own).endswith("at most. Its loud and soft parts are off by up to 10 dB.")
     own.bias_um = 11.3
     assert of_effect(own).endswith("bias moves the finger by 11 µm before and after.")
-    found = {"finger_um": None, "second_finger_20mm_db": 17.0}
-    assert of_design(found, for_fingers={}).startswith("It focuses: within tolerances another")
-    found |= {"second_finger_20mm_db": -1.36, "finger_um": 3.04}
-    told = of_design(found, for_fingers={})
-    assert told.startswith("It does not focus everywhere: within tolerances another finger 20 mm")
-    assert "1.4 dB more at the worst tenth; fingers notice 2.3 dB. The finger itself m" in told
-    told = of_design(found | {"fingers_um": 1.62}, for_fingers={2: 41.2})
-    assert "2 fingers 41 dB apart at nine of ten places, at 1.6 µm or more each." in told
-    assert "2 fingers 0 dB apart" in of_design(found | {"fingers_um": 1.6}, for_fingers={2: -0.2})
     assert "Its drives are those that focus best" in of_table("focus", 0, 9)
     of_both = of_table("focus", 0, 9, second_finger_db=-0.4, for_fingers=True)
     does_not = "They do not focus: another finger 20 mm away gets 0.4 dB more at the median of 9 "

@@ -86,8 +86,8 @@ def say_tones(named: str, board: Board, table: str = "T.chl", *, clicks: bool = 
         adds = f"; the bias of switches adds to that{_ramp(board)}"
         bias = "" if board.electronics.is_bridge else adds
         say(
-            f"No finger presses but for a click, which is reckoned: `chladni play click --places "
-            f"20 {play} --table {table}` tells what it leaves 20 mm away by the pins{bias}."
+            f"These are tones, and a click as it is reckoned: `chladni play click --places 20 "
+            f"{play} --table {table}` tells what it leaves 20 mm away by the pins{bias}."
         )
         return
     reckoned = ", and clicks as they are reckoned" if clicks else ""

@@ -173,7 +173,7 @@ def of_board(
     if for_fingers and several:
         return several
     if known is None or known.median >= NOTICED_DB:
-        return f"{focus} {several}".strip()
+        return " ".join(filter(None, (focus, _between_coils(score), several)))
     return " ".join(filter(None, (focus, several, _remedy(score, tried))))
 
 
@@ -255,6 +255,19 @@ def _remedy(score: BoardScore, tried: Sequence[Remedy]) -> str:
     return told.rstrip()
 
 
+def _between_coils(score: BoardScore) -> str:
+    """What would help where a board focuses at some places alone, between which coils lie apart."""
+    kept, spacing = score.second_finger_20mm_db, score.coil_spacing_mm
+    if kept is None or kept.p10 >= NOTICED_DB or spacing is None or spacing <= WIDE_MM:
+        return ""
+    if score.room_for > MOST_COILS:
+        return ""
+    return (
+        f"Coils {spacing:.0f} mm apart leave places between them: about 12 mm apart they would be "
+        f"{score.room_for} on this board."
+    )
+
+
 def of_place(
     card: Scorecard, *, frequency_hz: float, for_fingers: bool = False, is_played: bool = True
 ) -> str:
@@ -312,29 +325,3 @@ def of_methods(entries: Sequence[Mapping[str, Any]], best: Mapping[str, Any]) ->
         f"{told}: {start}, another finger 12 mm away gets {less_of(less)} at the median; fingers "
         f"notice {NOTICED_DB:g} dB."
     )
-
-
-def of_design(found: Mapping[str, Any], *, for_fingers: Mapping[int, float]) -> str:
-    """What the best board of a search comes to at the worst tenth, within tolerances.
-
-    Parameters
-    ----------
-    found
-        Its summary.
-    for_fingers
-        Isolation by number of fingers, where a search weighed it.
-    """
-    um, each_um = found.get("finger_um"), found.get("fingers_um")
-    if for_fingers:
-        told = ", ".join(
-            f"{number} fingers {db:z.0f} dB apart" for number, db in for_fingers.items()
-        )
-        each = "" if each_um is None else f", at {each_um:.2g} µm or more each"
-        clicks = found.get("fingers_click_db")
-        more = "" if clicks is None else f" A click keeps {clicks:z.0f} dB there."
-        return f"Within tolerances it keeps {told} at nine of ten places{each}.{more}"
-    felt = "" if um is None else f" The finger itself moves by {um:.2g} µm or more."
-    db = found["second_finger_20mm_db"]
-    start = "It focuses" if db >= NOTICED_DB else "It does not focus everywhere"
-    at = f"within tolerances another finger 20 mm away gets {less_of(db)}"
-    return f"{start}: {at} at the worst tenth; fingers notice {NOTICED_DB:g} dB.{felt}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from chladni.design.starts import boards_asked
 from chladni.design.weights import FINGER_CLICK, FINGER_LEVEL, FINGER_TERMS
 from chladni.effects.low_pass import EDGE_HZ
 from chladni.host.cli.common.finger_remarks import of_waves
-from chladni.host.cli.common.verdicts import of_design
+from chladni.host.cli.common.verdicts import less_of
 from chladni.host.manufacture.board_parts import foam_of, sheet_of
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import MOST_BYTES
@@ -22,7 +23,7 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
 from chladni.sim.fields.board_plate import first_natural_hz
 from chladni.sim.files import read_whole
-from chladni.sim.image.finger import threshold_um
+from chladni.sim.image.finger import NOTICED_DB, threshold_um
 
 WORTH, WORTH_OPEN = 60, 200
 """As measured in docs/design.md."""
@@ -224,3 +225,37 @@ def _asks(spec: Spec) -> str:
     if not spec.finger_counts or FINGER_CLICK in spec.weights:
         return limit
     return f"{limit}; `[design.weights] {FINGER_CLICK} = 1.0` weighs what clicks keep"
+
+
+def of_design(found: Mapping[str, Any], *, for_fingers: Mapping[int, float]) -> str:
+    """What the best board of a search comes to at the worst tenth, within tolerances.
+
+    Parameters
+    ----------
+    found
+        Its summary.
+    for_fingers
+        Isolation by number of fingers, where a search weighed it.
+    """
+    um, each_um = found.get("finger_um"), found.get("fingers_um")
+    if for_fingers:
+        told = ", ".join(
+            f"{number} fingers {db:z.0f} dB apart" for number, db in for_fingers.items()
+        )
+        each = "" if each_um is None else f", at {each_um:.2g} µm or more each"
+        clicks = found.get("fingers_click_db")
+        more = "" if clicks is None else f" A click keeps {clicks:z.0f} dB there."
+        alone = found.get("second_finger_20mm_db")  # where the search weighed it, too
+        more += "" if alone is None else of_one_alone(alone)
+        return f"Within tolerances it keeps {told} at nine of ten places{each}.{more}"
+    felt = "" if um is None else f" The finger itself moves by {um:.2g} µm or more."
+    db = found["second_finger_20mm_db"]
+    start = "It focuses" if db >= NOTICED_DB else "It does not focus everywhere"
+    at = f"within tolerances another finger 20 mm away gets {less_of(db)}"
+    return f"{start}: {at} at the worst tenth; fingers notice {NOTICED_DB:g} dB.{felt}"
+
+
+def of_one_alone(db: float) -> str:
+    """What one finger alone leaves of a board for several, and whether that is a focus."""
+    noticed = "" if db >= NOTICED_DB else f", which is no focus: fingers notice {NOTICED_DB:g} dB"
+    return f" Of one finger alone another one 20 mm away gets {less_of(db)} there{noticed}."

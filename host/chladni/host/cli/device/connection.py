@@ -23,6 +23,7 @@ from chladni.host.protocol.network import read_key
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import ConflictError
 from chladni.tables.format import pack, read_table
+from chladni.tables.inspection.owner import known_board
 
 BAUDS = 300, 12_000_000
 """From the slowest modem to the fastest USB bridge."""
@@ -58,13 +59,26 @@ class Connection:
     baud: Annotated[
         int, typer.Option(callback=within(*BAUDS), help="Bits per second, but for --udp.")
     ] = BAUD
-    board: Annotated[str, typer.Option(help="The emulated device's board.")] = EMULATED_BOARD
+    board: Annotated[
+        str | None,
+        typer.Option(
+            help=f"The emulated device's board, by default --table's, or {EMULATED_BOARD}."
+        ),
+    ] = None
     emulated_table: Annotated[
         Path | None, typer.Option("--table", help="What the emulated device has in flash.")
     ] = None
     emulated_bank: Annotated[
         str | None, typer.Option("--bank", metavar="BANK", help="Its effect bank: .che or .toml.")
     ] = None
+
+    @property
+    def emulated_board(self) -> str:
+        """What names the emulated device's board: --board, or what lies beside its table."""
+        if self.board is not None or self.emulated_table is None:
+            return self.board or EMULATED_BOARD
+        file = self.emulated_table
+        return str(known_board(read_table(file), str(file)) or EMULATED_BOARD)
 
     def wire(self) -> Wire:
         """The wire that the options name.
@@ -92,7 +106,7 @@ class Connection:
             key = required("--key", self.key, "the file with the device's key, for --udp")
             return UdpWire(UdpPort(self.udp), read_key(key))
         data = pack(read_table(self.emulated_table)) if self.emulated_table else None
-        board = load_board(self.board)
+        board = load_board(self.emulated_board)
         bank = b""
         if self.emulated_bank is not None:
             # It loads SciPy, which takes longer than all else.
@@ -104,7 +118,7 @@ class Connection:
     def _check_real(self) -> None:
         """Refuse what only an emulated device is given: a real one has its own."""
         given = {
-            "--board": self.board != EMULATED_BOARD,
+            "--board": self.board is not None,
             "--table": self.emulated_table is not None,
             "--bank": self.emulated_bank is not None,
         }

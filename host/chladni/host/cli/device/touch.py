@@ -57,7 +57,7 @@ def touch(
             raise InputError("X,Y", "{:g},{:g}".format(*other), expected)
     if connection.emulator and connection.emulated_table is None:
         # It refuses below, and could not say that a place is wrong: it knows its board by a table.
-        board = load_board(connection.board)
+        board = load_board(connection.emulated_board)
         for own in asked:
             check_target(board, own, "X,Y")
     with connection.device() as device:

@@ -24,7 +24,7 @@ from chladni.host.cli.effects.setup import Setup, setup_of
 from chladni.host.cli.effects.verdicts import over_other_effect_db
 from chladni.host.emulation.played_effect import PlayedEffect, check_can_play
 from chladni.sim.board.quantity import MM
-from chladni.sim.errors import ArgumentError, ConflictError, MissingError
+from chladni.sim.errors import ArgumentError, ConflictError, MissingError, StoppedError
 
 FloatArray = NDArray[np.float64]
 
@@ -110,6 +110,8 @@ def play_drawn(
     apart = setup.board.fingers_apart if apart is None else apart
     drawn = _drawn(setup, presses_at, count, apart if pairs else None)
     found = _played(setup, drawn, how if pairs else how | {"unknown": True})
+    asked, count = count, len(found)
+    drawn = drawn[:count]
     if bank is None:
         say_short_places([one for own in found for one in own], how["level_um"])
     say_bias(found[0], setup.board)
@@ -126,10 +128,12 @@ def play_drawn(
     answer(rows, as_json=as_json, title=setup.played_on)
     if pairs and names == ["click"]:
         say(
-            f"`chladni fingers {connection.board} --fingers 2 --sets {count} --apart "
+            f"`chladni fingers {connection.emulated_board} --fingers 2 --sets {count} --apart "
             f"{apart / MM:g}` reckons the shipped click of these pairs, at the median 1 to 4 dB "
             "above what pins keep: both fingers of each count there"
         )
+    if count < asked:
+        raise StoppedError(f"after {count} of {asked}, of which all is above")
     if FEW <= count < MANY:
         say(f"the worst tenth of {count} is {count // 10} of them: of more it may lie 5 dB lower")
 
@@ -259,12 +263,17 @@ def _drawn(
 
 
 def _played(setup: Setup, drawn: Drawn, how: dict[str, Any]) -> list[list[PlayedEffect]]:
+    """What fingers have, of as many as were played when Ctrl-C ended it: each takes seconds."""
     check_can_play(setup.table, setup.board, drawn[0][0].other_mm)
     how, found = how | setup.solved(), []
     with progress_bar("places" if drawn[0][0].other_mm is None else "pairs") as progress:
-        for presses in drawn:
-            found.append([one.played(setup, how) for one in presses])
-            progress(len(found), len(drawn))
+        try:
+            for presses in drawn:
+                found.append([one.played(setup, how) for one in presses])
+                progress(len(found), len(drawn))
+        except KeyboardInterrupt:
+            if not found:
+                raise
     return found
 
 

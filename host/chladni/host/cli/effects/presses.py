@@ -47,7 +47,7 @@ class Press:
 def bank_for(connection: Connection) -> bytes:
     """Of `--bank`; remarks on areas that are beyond the board."""
     bank = bank_bytes(str(connection.emulated_bank), "--bank")
-    say_off_board(unpack_bank(bank), load_board(connection.board))
+    say_off_board(unpack_bank(bank), load_board(connection.emulated_board))
     return bank
 
 

@@ -81,7 +81,7 @@ def setup_of(connection: Connection, places: Sequence[Place], hidden: str | None
     path = connection.emulated_table
     table = None if path is None else read_table(path)
     if table is None:
-        board = load_board(connection.board)
+        board = load_board(connection.emulated_board)
     else:
         board = board_for(table, connection.board, file=str(path))
     for option, place in zip(("--at", "--other"), places, strict=False):
@@ -96,7 +96,8 @@ def setup_of(connection: Connection, places: Sequence[Place], hidden: str | None
         pitch = " × ".join(f"{along:.2g}" for along in report.pitch_mm)
         say(
             f"without --table: plays responses at places {pitch} mm apart, made for {board.name} "
-            f"now; `chladni table build {connection.board} --for fingers -o T.chl` keeps them"
+            f"now; `chladni table build {connection.emulated_board} --for fingers -o T.chl` keeps "
+            "them"
         )
     return Setup(table, board, plate, hidden, path)
 
