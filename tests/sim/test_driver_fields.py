@@ -40,6 +40,14 @@ def test_a_board_has_switches_unless_it_says_otherwise(prototype: Board) -> None
     assert bridged().electronics.is_bridge
 
 
+def test_all_keys_of_the_other_kind_of_driver_are_named_at_once() -> None:
+    with pytest.raises(InputError) as caught:
+        bridged(drive="switch", bridge_ohm=0.5)
+    told = str(caught.value)
+    assert "electronics.sign_pins" in told
+    assert "electronics.bridge_ohm" in told
+
+
 def test_no_pulse_of_a_bridge_is_too_short() -> None:
     own = bridged().electronics
     assert own.shortest_on_ns == 0.0

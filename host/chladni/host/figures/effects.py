@@ -11,12 +11,15 @@ from numpy.typing import NDArray
 
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.effect import Effect
+from chladni.effects.low_pass import EDGE_HZ
 from chladni.host.emulation.played_effect import PlayedEffect
 from chladni.host.figures.fields import INK
 
 QUIET, RINGS, MARGIN = 0.03, 0.2, 1.1
 """Shares of their peaks below which what is asked for and the finger are over, and another finger;
 how much later the axis ends."""
+ASKED_FOR = f"asked for,\nup to {EDGE_HZ:g} Hz"
+"""What is above that no device plays."""
 SEEN = 0.05
 """Share of the finger's own row from which what another gets can be seen at the same scale."""
 FROM = {
@@ -65,7 +68,7 @@ def played_effects_figure(
         other += _scale_other(rows[1:], played)
     for axes, title in zip(rows[-1], others, strict=False):
         axes.set_title(title, color=INK, fontsize=10)
-    for axes, label in zip(rows[:, 0], ("asked for", "under the finger / µm", other), strict=False):
+    for axes, label in zip(rows[:, 0], (ASKED_FOR, "under the finger / µm", other), strict=False):
         axes.set_ylabel(label)
     if heading is not None:
         figure.suptitle(heading, color=INK, fontsize=12)

@@ -23,7 +23,7 @@ from chladni.sim.board.quantity import (
     quantities,
 )
 from chladni.sim.board.winding_values import SAME_WINDING, winding_makes
-from chladni.sim.errors import ConflictError, InputError, MissingError
+from chladni.sim.errors import ConflictError, Faults, InputError, MissingError
 
 ROUNDED = 1e-9
 """m that places in a file may be off by rounding."""
@@ -154,15 +154,17 @@ def check_driver(own: Electronics, given: Collection[str] = ()) -> None:
         Keys that stand in the board file; with those a default is refused too.
     """
     check_choice(Electronics, "drive", own.drive, "electronics.drive")
+    faults = Faults()
     for key, (kind, why) in ONLY_OF.items():
         value = getattr(own, key)
         is_said = value != getattr(Electronics, key) or (key in given and value)
         if kind != own.drive and is_said:
-            raise ConflictError(
-                f"electronics.{key}",
-                f'electronics.drive = "{own.drive}"',
-                hint=f"{why}: leave it out, or set electronics.drive to '{kind}'",
-            )
+            hint = f"{why}: leave it out, or set electronics.drive to '{kind}'"
+            with faults.kept():
+                raise ConflictError(
+                    f"electronics.{key}", f'electronics.drive = "{own.drive}"', hint=hint
+                )
+    faults.tell()
     if not own.is_bridge:
         return
     _check_bridges(len(own.pwm_pins))
