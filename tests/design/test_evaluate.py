@@ -20,7 +20,7 @@ from chladni.design.spec import spec_of
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.as_built import score_together
 from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
-from chladni.drives.scoring.small_amplitude import SoftWave, soft_wave
+from chladni.drives.scoring.small_amplitude import SOFT_DB, SoftWave, soft_wave
 from chladni.host.manufacture.board_parts import mechanical_parts
 from chladni.sim.board.file import load_board, read_document
 from chladni.sim.fields.board_plate import first_natural_hz
@@ -64,7 +64,7 @@ def test_a_board_gets_the_floor_that_its_diodes_need() -> None:
     assert isinstance(needs, SoftWave)
     plain = known | {"electronics": {k: v for k, v in told.items() if k != "least_duty"}}
     floor = completed_board(plain, COARSE).electronics.least_duty
-    assert needs.continuous_from_duty <= floor < needs.continuous_from_duty + 0.01
+    assert floor >= needs.continuous_from_duty
     bent = known | {"electronics": told | {"least_duty": 0.01}}
     assert completed_board(bent, COARSE).electronics.least_duty == 0.01
     none = {"resistance_ohm": 15.0, "inductance_mh": 0.0, "force_factor_n_per_a": 1.0}
@@ -73,6 +73,12 @@ def test_a_board_gets_the_floor_that_its_diodes_need() -> None:
     wave = soft_wave(completed_board(plain, COARSE))
     assert isinstance(wave, SoftWave)
     assert not wave.is_bent
+    # The lowest hundredth with which diodes take 0.4 dB of a soft wave at most.
+    assert wave.level_db_at_tenth >= -SOFT_DB
+    lower = known | {"electronics": told | {"least_duty": round(floor - 0.01, 2)}}
+    bends = soft_wave(completed_board(lower, COARSE))
+    assert isinstance(bends, SoftWave)
+    assert bends.level_db_at_tenth < -SOFT_DB
 
 
 def test_a_search_weighs_the_sheet_that_the_parts_list_names() -> None:

@@ -15,14 +15,14 @@ from chladni.host.cli.common.board_reports import (
     say_of_coils,
     say_panel,
 )
-from chladni.host.cli.common.finger_remarks import say_mirrored
+from chladni.host.cli.common.finger_remarks import say_mirrored, say_worse
 from chladni.host.cli.designing.remarks import say_first
 from chladni.host.manufacture.drawing import Text, board_drawing
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.fingers import SeveralFingers
 from chladni.sim.board.panel_layer import layered_plate
-from chladni.sim.board.parts import Measured, Spring
+from chladni.sim.board.parts import Isolation, Measured, Spring
 from chladni.sim.board.quantity import MM
 from chladni.sim.board.writing import board_file
 from conftest import CommandLine, shipped_board
@@ -116,9 +116,33 @@ def test_coils_on_a_middle_line_are_remarked_on(
         for k, own in enumerate(strip.actuators)
     )
     plate = replace(strip.plate, size=(width_mm * MM, strip.plate.size[1]))
-    say_mirrored(replace(strip, actuators=coils, plate=plate))
+    board = replace(strip, actuators=coils, plate=plate)
+    say_mirrored(board)
     said = "fingers left and right of it, mirrored, feel the same" in capsys.readouterr().err
     assert said == (x_mm == 0.0 and width_mm > 16.0)
+    # Between two hands there is none on either side of it.
+    say_mirrored(replace(board, fingers=SeveralFingers(apart=38e-3)))
+    assert capsys.readouterr().err == ""
+
+
+def test_a_measured_board_whose_drives_are_worse_is_remarked_on(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def said(before: Isolation | None, after: Isolation | None) -> str:
+        measured = Measured("a microphone", "2026-11-29", (), before, after)
+        say_worse(replace(shipped_board("phone5"), measured=measured))
+        return capsys.readouterr().err
+
+    worse = said(Isolation(34.3), Isolation(29.9))
+    assert "keep two fingers 30 dB apart on its plate, and the drawn board's 34" in worse
+    assert said(Isolation(29.9), Isolation(34.3)) == said(None, None) == ""
+
+
+def test_feet_are_shown(chladni: CommandLine, tmp_path: Path) -> None:
+    feet = tuple(Spring((x, 20e-3), 8e3) for x in (-5e-3, 5e-3))
+    path = tmp_path / "b.toml"
+    path.write_bytes(board_file(replace(shipped_board("strip5"), springs=feet)))
+    assert chladni("board", "show", path, "--json").json["feet"] == "2 × 8 N/mm"
 
 
 @pytest.mark.parametrize(

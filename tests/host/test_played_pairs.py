@@ -168,6 +168,18 @@ def test_pairs_of_a_bank_lie_in_its_areas(
     assert "more of its own effect than of the other's" in found.json["verdict"]
 
 
+def test_fingers_that_press_together_lie_in_two_areas(
+    chladni: CommandLine, table: Path, tmp_path: Path
+) -> None:
+    """Two hands have one each, though an area has room for both."""
+    bank = tmp_path / "keys.toml"
+    bank.write_text(TWO_KEYS.replace("18", "36"))
+    words = ("--emulator", "--board", "strip5", "--table", table, "--bank", bank, "--together")
+    found = chladni("play", *words, "--pairs", "4", "--json")
+    assert found.code == 0, found.err
+    assert [one["presses"] for one in found.json["areas"]] == [4, 4]
+
+
 def test_a_bank_beside_the_board_meets_no_pair(
     chladni: CommandLine, table: Path, tmp_path: Path
 ) -> None:

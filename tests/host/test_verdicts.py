@@ -91,7 +91,7 @@ def test_a_small_board_is_judged_by_the_farthest_finger_that_fits() -> None:
         (None, None, "Instead of one coil"),
         (90.0, None, "Coils about 12 mm apart would be 89 on this board, and a chip drives 16"),
         (12.0, None, ""),
-        (48.0, 5.25, "Tried on it: softer foam makes that 5.2 dB less."),
+        (48.0, 5.25, "Tried on it: softer foam leaves another finger 5.2 dB less there."),
         (12.0, 1.5, "Tried on it: softer foam helps most, 1.5 dB less, which does not do."),
         (48.0, -3.0, "No thinner sheet nor other foam helps, as tried. Instead of coils 48"),
     ],
@@ -123,7 +123,9 @@ def test_what_would_help_was_tried(spacing: float | None, tried: float | None, w
         "Each gets 5 µm of its own, 0.3 at the worst tenth, which a resting finger does not feel."
     )
     assert not words or words not in told(0.0, for_fingers=True)
-    assert "12 at the worst tenth (a click 26 and 4), as" in told(0.0, clicks=spread(26.0, 4.0))
+    assert "12 at the worst tenth (a click, as reckoned, 26 and 4), as" in told(
+        0.0, clicks=spread(26.0, 4.0)
+    )
 
 
 @pytest.mark.parametrize(("spacing", "room"), [(28.0, 11), (12.0, 11), (90.0, 89)])
@@ -337,7 +339,7 @@ def test_a_board_for_several_is_scored_by_two_fingers_within_tolerances(
     assert two == wanted["counts"][0]["perturbed"]
     assert told["perturbed"]["samples"] == 1
     kept = two["isolation_db"]
-    words = f"as drawn, {kept['median']:.0f} / {kept['p10']:.0f} dB (a click "
+    words = f"as drawn, {kept['median']:.0f} / {kept['p10']:.0f} dB (a click, as reckoned, "
     assert words in told["verdict"]
 
 

@@ -34,7 +34,7 @@ from chladni.tables.several_fingers.build import (
     with_responses,
 )
 from chladni.tables.several_fingers.build_for import build_for, default_kind
-from chladni.tables.several_fingers.isolation import LIMIT_DB, DrawnPairs, lost_db
+from chladni.tables.several_fingers.isolation import LIMIT_DB, LITTLE_DB, DrawnPairs, lost_db
 from chladni.tables.several_fingers.section import reckoned_finger
 from chladni.tables.table import Table
 
@@ -90,7 +90,7 @@ def test_the_smallest_table_within_the_limit_is_taken(
     """The smallest of the ladder loses more."""
     table, report = built
     assert report.is_within_limits
-    assert report.isolation_lost_db <= LIMIT_DB
+    assert report.isolation_lost_db <= LITTLE_DB
     assert report.bytes == len(pack(table))
     coarse = responses_table(board, pitch=max(LADDER), bits=8)[1]
     assert coarse.bytes < report.bytes

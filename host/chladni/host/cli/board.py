@@ -33,7 +33,7 @@ from chladni.host.cli.common.board_reports import (
 )
 from chladni.host.cli.common.command_group import CommandGroup
 from chladni.host.cli.common.drive_options import on_less
-from chladni.host.cli.common.finger_remarks import say_mirrored, say_waves
+from chladni.host.cli.common.finger_remarks import say_mirrored, say_waves, say_worse
 from chladni.host.cli.common.options import (
     BoardArgument,
     FigureOption,
@@ -52,7 +52,13 @@ from chladni.host.cli.common.output import (
 )
 from chladni.host.cli.common.tolerance_verdicts import of_tolerances
 from chladni.host.cli.measured.refit import board_refit
-from chladni.host.manufacture.board_parts import board_parts, foam_of, moving_mass_g, sheet_of
+from chladni.host.manufacture.board_parts import (
+    board_parts,
+    feet_of,
+    foam_of,
+    moving_mass_g,
+    sheet_of,
+)
 from chladni.host.manufacture.drawing import board_drawing
 from chladni.host.manufacture.drawing_files import FORMATS, save_drawing
 from chladni.host.manufacture.prices import price_list
@@ -96,6 +102,7 @@ def board_show(
     if loaded.measured:
         result["measured_by"] = f"{loaded.measured.by}, {loaded.measured.date}"
         result["measured"] = measured_rows(loaded.measured, as_json=as_json)
+        say_worse(loaded)
         for key in ("before", "after"):
             if isolation := getattr(loaded.measured, key):
                 result[f"measured_{key}"] = asdict(isolation)
@@ -104,6 +111,8 @@ def board_show(
         named = {"foam": foam} if foam else {}
         result["foundation"] = named | foundation_report(loaded)
         say_vent(loaded)
+    if loaded.springs:
+        result["feet"] = feet_of(loaded.springs)
     layered, wave = layered_plate(loaded), soft_wave(loaded)
     if layered:
         result["panel"] = panel_report(layered) | _sensed(loaded)

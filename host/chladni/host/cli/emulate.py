@@ -27,7 +27,7 @@ from chladni.sim.board.file import load_board
 from chladni.sim.errors import ConflictError, InputError, MissingError
 from chladni.sim.files import write_arrays
 from chladni.tables.format import read_table
-from chladni.tables.inspection.owner import board_for
+from chladni.tables.inspection.owner import board_for, known_board
 from chladni.tables.table import Table
 
 if TYPE_CHECKING:
@@ -169,7 +169,7 @@ def emulate(
     first = {"verdict": told + _in_recording(played_um, level)}
     result = first | result | {"played_um": played_um, "path": str(file)}
     answer(result, as_json=as_json, title=f"{table} on the emulated board")
-    _say_of_others(loaded, owner, table, as_json=as_json)
+    _say_of_others(loaded, owner, board, table, as_json=as_json)
 
 
 def _in_recording(played_um: float | None, level: float) -> str:
@@ -182,9 +182,12 @@ def _in_recording(played_um: float | None, level: float) -> str:
     )
 
 
-def _say_of_others(loaded: Table, owner: Board, named: Path | None, *, as_json: bool) -> None:
+def _say_of_others(
+    loaded: Table, owner: Board, board: str | None, named: Path | None, *, as_json: bool
+) -> None:
     if not loaded.sections and not as_json:
-        say(f"`chladni fingers {owner.name}.toml --table {named}` tells what other fingers get")
+        named_board = board or known_board(loaded, str(named)) or owner.name
+        say(f"`chladni fingers {named_board} --table {named}` tells what other fingers get")
 
 
 def _say_of_the_panel(board: Board, reported_ms: float) -> None:

@@ -13,6 +13,7 @@ from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import TOGETHER
 from chladni.drives.solve import check_request
 from chladni.host.cli.common.drive_options import OwnObjectiveOption
+from chladni.host.cli.common.finger_remarks import say_worse
 from chladni.host.cli.common.options import (
     PARTIAL,
     BoardArgument,
@@ -81,6 +82,7 @@ def build(
     if bits is not None and bits not in BITS:
         raise InputError("--bits", bits, one_of_bits())
     loaded = load_board(board)
+    say_worse(loaded)
     partial = output.with_name(output.name + PARTIAL)
     with progress_bar("solving", kept=partial, batch=TOGETHER) as progress:
         table, drives, responses = build_for(
@@ -135,7 +137,7 @@ def _told(drives: TableReport | None, responses: ResponsesReport | None) -> dict
     if responses is not None:
         say_unmet(responses.error_estimate, TOLERANCE)
         if not responses.is_within_limits:
-            lost = f"{responses.isolation_lost_db:.1f} dB of isolation (limit {LIMIT_DB:g})"
+            lost = f"{responses.isolation_lost_db:.2f} dB of isolation (limit {LIMIT_DB:g})"
             typer.echo(f"warning: responses of {responses.bits} bits lose {lost}", err=True)
         of_both = {"bits": responses.bits, "bytes": responses.bytes}
         result |= of_both if drives is not None else {}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 
 from chladni.host.manufacture.wiring.part import Part
@@ -11,7 +12,7 @@ from chladni.host.manufacture.wiring.parts import parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.catalogue import FEET, lowest_foot
 from chladni.sim.board.foundation import MATERIALS, Foundation
-from chladni.sim.board.parts import Plate
+from chladni.sim.board.parts import Plate, Spring
 from chladni.sim.board.quantity import MM
 
 GRADES = {
@@ -75,6 +76,12 @@ def foam_of(foundation: Foundation) -> str:
         return ""
     what = foundation.material or f"{foundation.sheet_stiffness * MM**3:g} N/mm³"
     return what + (f", {foundation.thickness / MM:g} mm" if foundation.thickness else "")
+
+
+def feet_of(springs: Sequence[Spring]) -> str:
+    """Which feet a board stands on, and how many; nothing where there are none."""
+    named = Counter(own.part or f"{own.stiffness * MM:g} N/mm" for own in springs)
+    return ", ".join(f"{count} × {name}" for name, count in named.items())
 
 
 def ground_holes_mm(board: Board) -> float:

@@ -19,7 +19,7 @@ from chladni.sim.fields.transfer import TOLERANCE
 from chladni.tables.format import check_fits, table_bytes
 from chladni.tables.layout import BITS, LARGEST_FILE, RESPONSES, one_of_bits
 from chladni.tables.responses import TableResponses
-from chladni.tables.several_fingers.isolation import LIMIT_DB, DrawnPairs, lost_db
+from chladni.tables.several_fingers.isolation import LIMIT_DB, LITTLE_DB, DrawnPairs, lost_db
 from chladni.tables.several_fingers.section import reckoned_finger, section_of
 from chladni.tables.stored_regions import StoredRegions, stored_regions
 from chladni.tables.table import ResponsesSection, Table, limits_of
@@ -29,6 +29,11 @@ LADDER = (8e-3, 7e-3, 6e-3, 5e-3, 4e-3, 3e-3, 2.5e-3, 2e-3)
 WIDTHS = tuple(width for width in BITS if width >= 12)
 """Of which one is chosen. Eight bits on closer points may keep the isolation of tones within its
 limit, and take a fifth of a click's micrometres: 18.6 on `strip5`, 22.7 with twelve."""
+
+SMALL_BYTES = 4096
+"""Up to which a table may grow for half a decibel less: `quiet16` would double, to 10,000."""
+NO_MORE_DB = 0.05
+"""By which a larger table must lose less to be worth its bytes."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +95,7 @@ def responses_table(
         A section is made for each; by default those of the board's `[fingers]`, or its drive's.
     pitch
         Between stored responses, m; by default that of `[fingers]`, or of the smallest table that
-        loses at most 1 dB of isolation.
+        loses at most 0.5 dB of isolation, or 1 dB from 4 KB on.
     bits
         Of each integer; by default as the pitch.
     progress
@@ -156,7 +161,7 @@ def _smallest(
     progress: Progress | None,
     allow_unmet: bool,
 ) -> tuple[Table, ResponsesReport]:
-    """Fill tables, smallest first, until one loses little; else the largest that a device holds."""
+    """Fill tables, smallest first, until one loses little; else the smallest that loses least."""
     asked = board.fingers.frequencies_hz if board.fingers and not frequencies_hz else frequencies_hz
     frequencies = tuple(dict.fromkeys(asked)) or (board.drive.frequency_hz,)
     candidates = _that_fit(board, empty, frequencies)
@@ -173,6 +178,7 @@ def _smallest(
     at_frequencies = [solved.at_frequency(frequency) for frequency in frequencies]
     pairs = [DrawnPairs.of(one, tell) for one in at_frequencies]
     fingers = [reckoned_finger(board, frequency) for frequency in frequencies]
+    made = []
     for own in candidates:
         filled = replace(
             own,
@@ -182,9 +188,12 @@ def _smallest(
             ),
         )
         found = _report(filled, pairs, at_frequencies)
-        if found.is_within_limits:
-            break
-    return filled, found
+        allowed = LITTLE_DB if found.bytes <= SMALL_BYTES else LIMIT_DB
+        if found.isolation_lost_db <= allowed:
+            return filled, found
+        made.append((filled, found))
+    least = min(found.isolation_lost_db for _, found in made)
+    return next(own for own in made if own[1].isolation_lost_db <= least + NO_MORE_DB)
 
 
 def _that_fit(board: Board, empty: Sequence[Table], frequencies_hz: Sequence[float]) -> list[Table]:

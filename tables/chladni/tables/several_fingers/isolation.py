@@ -29,6 +29,8 @@ FloatArray = NDArray[np.float64]
 FINGERS = 2
 """Side by side or further apart: those for which drives can do most, and so lose most by rounding.
 They press with 1 N."""
+LITTLE_DB = 0.5
+"""That a table may lose to be taken where there is a larger one: pins lose some, too."""
 LIMIT_DB = 1.0
 """That rounding and interpolation may take, at the median and at the worst tenth: what a table does
 is what its board's score said, within less than half the JND of amplitude (2.3 dB)."""

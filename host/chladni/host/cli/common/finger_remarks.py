@@ -16,6 +16,8 @@ from chladni.sim.fields.board_mirrors import board_mirrors
 from chladni.sim.fields.board_plate import first_natural_hz
 
 NUMBER = {2: "Two", 3: "Three", 4: "Four", 5: "Five"}
+CLEARLY_LESS_DB = 0.5
+"""Of the median of pairs: less is what another sixty of them would change."""
 SOFT_RAMP_MS = 25.0
 """With which a switch's bias leaves a click what it keeps without one (docs/effects.md)."""
 
@@ -58,11 +60,25 @@ def say_mirrored(board: Board) -> None:
         at = [own.at[axis] for own in board.actuators]
         if order is None or max(map(abs, at)) > SAME_PLACE:
             continue
-        if board.plate.size[axis] > board.fingers_apart:
+        # No two mirrored fingers are farther apart than this.
+        low, high = board.active_area[axis]
+        if 2.0 * min(-low, high) > board.fingers_apart:
             say(
                 f"all coils stand on a middle line, and the plate is alike on both sides: fingers "
                 f"{side} of it, mirrored, feel the same whatever is played; move coils off it"
             )
+
+
+def say_worse(board: Board) -> None:
+    """Remark on a measured board whose drives kept less apart than those of the drawn one."""
+    before, after = (getattr(board.measured, key, None) for key in ("before", "after"))
+    if before is None or after is None:
+        return
+    if before.fingers_2_db - after.fingers_2_db >= CLEARLY_LESS_DB:
+        say(
+            f"measured.after: this board's drives keep two fingers {after.fingers_2_db:.0f} dB "
+            f"apart on its plate, and the drawn board's {before.fingers_2_db:.0f}: those are better"
+        )
 
 
 def _ramp(board: Board) -> str:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 from chladni.calibration.hidden import HiddenPlate, given_plate, hidden_plate
 from chladni.host.cli.common.ranges import MOST_SEED
 from chladni.sim.board.board import Board
@@ -27,7 +30,7 @@ def named_plate(board: Board, asked: str | None) -> HiddenPlate | None:
     if asked.endswith(".toml") and not at:
         given = load_board(asked, "hidden")
         _check_alike(board, given, asked)
-        return given_plate(board, given)
+        return replace(given_plate(board, given), name=f"the plate of {Path(asked).name}")
     if not (seed.isascii() and seed.isdigit() and int(seed) <= MOST_SEED):
         expected = f"{SHAPES}, a seed from 0 to {MOST_SEED}"
         raise InputError("--hidden", asked, expected)

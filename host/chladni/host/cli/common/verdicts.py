@@ -187,7 +187,9 @@ def _within_tolerances(two: CountScore) -> str:
 
 def of_click(kept: Spread | None) -> str:
     """What a click keeps in place of a tone, in brackets."""
-    return "" if kept is None else f" (a click {kept.median:z.0f} and {kept.p10:z.0f})"
+    if kept is None:
+        return ""
+    return f" (a click, as reckoned, {kept.median:z.0f} and {kept.p10:z.0f})"
 
 
 def _each(two: CountScore, frequency_hz: float) -> str:
@@ -229,7 +231,8 @@ def _remedy(score: BoardScore, tried: Sequence[Remedy]) -> str:
     """What makes a board focus, of what was tried; else how far off it is, and coils nearer."""
     best, own = (tried[0] if tried else None), score.second_finger_20mm_db
     if best is not None and best.second_finger_20mm_db >= NOTICED_DB:
-        return f"Tried on it: {best.change} makes that {less_of(best.second_finger_20mm_db)}."
+        kept = less_of(best.second_finger_20mm_db)
+        return f"Tried on it: {best.change} leaves another finger {kept} there."
     told = ""
     if best is not None and own is not None:
         helps = best.second_finger_20mm_db > own.median + SAME_DB

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -16,10 +15,9 @@ from chladni.design.weights import FINGER_CLICK, FINGER_LEVEL, FINGER_TERMS
 from chladni.effects.low_pass import EDGE_HZ
 from chladni.host.cli.common.finger_remarks import of_waves
 from chladni.host.cli.common.verdicts import less_of
-from chladni.host.manufacture.board_parts import foam_of, sheet_of
+from chladni.host.manufacture.board_parts import feet_of, foam_of, sheet_of
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import MOST_BYTES
-from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
 from chladni.sim.fields.board_plate import first_natural_hz
 from chladni.sim.files import read_whole
@@ -158,12 +156,11 @@ def about_entry(entry: Entry) -> list[str]:
 
 def parts_told(board: Board) -> dict[str, Any]:
     """What a board is made of, and for several fingers the mode below which effects are apart."""
-    named = Counter(own.part or f"{own.stiffness * MM:g} N/mm" for own in board.springs)
     told: dict[str, Any] = {"sheet": sheet_of(board.plate)}
     if board.foundation:
         told["foam"] = foam_of(board.foundation)
-    if named:
-        told["feet"] = ", ".join(f"{count} × {name}" for name, count in named.items())
+    if board.springs:
+        told["feet"] = feet_of(board.springs)
     if board.is_for_several:
         told["first_natural_hz"] = round(first_natural_hz(board), 1)
     return told

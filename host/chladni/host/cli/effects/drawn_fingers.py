@@ -93,19 +93,24 @@ def play_drawn(
     """Tell what so many drawn `pairs` have, or one finger alone at so many places.
 
     The effects are of the first finger of each and maybe of the second, or, if there are none, of
-    the bank's areas: the first finger presses one of them, `together` both. Pairs are the first of
-    those that `fingers` and `board score` draw, of a bank those in its areas. Of few people get
+    the bank's areas: the first finger presses one of them, `together` both, two areas where there
+    are as many. Pairs are the first of those that `fingers` and `board score` draw, of a bank those
+    in its areas. Of few people get
     each in place of shares of them. Fingers of a pair lie `apart` or more, m, or
     as far as the board has it. `how`: as of `play_effect`.
     """
     bank = None if effects else bank_for(connection)
     setup = setup_of(connection, (), hidden)
     say_waves(setup.board)
+    has_several = bank is not None and len(unpack_bank(bank).areas) > 1
 
     def presses_at(places: Sequence[Place]) -> list[Press]:
         if bank is None:
             return of_effects(effects, places)
-        return of_bank(bank, places, together=together)
+        found = of_bank(bank, places, together=together)
+        if together and has_several and len({one.area for one in found}) == 1:
+            raise ArgumentError("--pairs", found[0].area, "two areas, which --together is for")
+        return found
 
     apart = setup.board.fingers_apart if apart is None else apart
     drawn = _drawn(setup, presses_at, count, apart if pairs else None)
@@ -127,10 +132,13 @@ def play_drawn(
     )
     answer(rows, as_json=as_json, title=setup.played_on)
     if pairs and names == ["click"]:
+        bends = found[0][0].bias_um is not None and not how["rested"]
+        touched = ", and have rested, which these have not" if bends else ""
         say(
             f"`chladni fingers {connection.emulated_board} --fingers 2 --sets {count} --apart "
-            f"{apart / MM:g}` reckons the shipped click of these pairs, at the median 1 to 4 dB "
-            "above what pins keep: both fingers of each count there"
+            f"{apart / MM:g}` reckons the shipped click of these pairs, at the median up to 4 dB "
+            "above what pins keep, at the worst tenth up to 6: both fingers of each count there"
+            f"{touched}"
         )
     if count < asked:
         raise StoppedError(f"after {count} of {asked}, of which all is above")

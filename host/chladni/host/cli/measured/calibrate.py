@@ -101,7 +101,8 @@ def calibrate(
     hidden: Annotated[
         str | None,
         typer.Option(
-            metavar="SEED", help="The plate that only it knows: of a SEED, or of a FILE.toml."
+            metavar="[BOARD@]SEED",
+            help="The plate that only it knows: of a SEED, or of a FILE.toml.",
         ),
     ] = None,
     microphone: Annotated[

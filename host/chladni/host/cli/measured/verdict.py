@@ -8,6 +8,7 @@ from chladni.calibration.parameters import Parameter
 from chladni.calibration.restored import Restored, gained
 from chladni.calibration.unknowns import uneven_feet
 from chladni.calibration.wiring import coil_fault
+from chladni.host.cli.common.finger_remarks import CLEARLY_LESS_DB
 from chladni.host.cli.measured.ways import Calibrated
 from chladni.sim.board.board import Board
 
@@ -19,8 +20,6 @@ FEET_ALIKE = (
     "All feet are taken to be alike: if they are not, the new drives may keep less apart than the "
     "old ones, and coils or an accelerometer tell each foot."
 )
-CLEARLY_LESS_DB = 0.5
-"""Of the median of pairs: less is what another sixty of them would change."""
 
 
 def verdict(
