@@ -119,6 +119,10 @@ def test_a_fixed_pitch_width_and_frequencies_are_kept(board: Board) -> None:
     assert [one.frequency_hz for one in report.frequencies] == [120.0, 160.0]
     # More give at a higher frequency below the first resonance.
     assert table.responses[0].full_scale_pm < table.responses[1].full_scale_pm
+    # What points so far apart lose is not won back by wider integers.
+    least = responses_table(asked, frequencies_hz=[160.0])[1]
+    assert not least.is_within_limits
+    assert least.bits == 12
     own = responses_table(asked, frequencies_hz=[160.0], pitch=12e-3, bits=16)[0]
     assert own.responses[0].iq.tobytes() == table.responses[1].iq.tobytes()
 
