@@ -26,7 +26,7 @@ def test_each_picture_of_a_calibration_has_a_title_of_its_own(name: str, has_foa
     figure = calibration_figure(board, found, "its own coils", KEPT, KEPT)
     plate, scores = (axes.get_title() for axes in figure.axes[:2])
     assert ("foam's stiffness" in plate) == has_foam
-    assert "numbers: coils' forces" in plate
+    assert "circles: coils, with their forces" in plate
     assert "fingers are kept" in scores
 
 
