@@ -89,7 +89,8 @@ def read_hidden(hidden: HiddenPlate, seed: int = 0) -> CoilReadings:
         share = fitting_share(both)
         read, spread = _lock_in(share * both, multiple, periods, rng)
         duties = np.full(len(off), LEVEL * share)
-        return ReadAt(hz, off * read / (share * current), spread / (share * current), duties)
+        volts, noise = off * read / (share * current), spread / (share * current)
+        return ReadAt(hz, volts, noise, duties, np.zeros(len(off)))
 
     *low, high = hidden_voltages(hidden, (*MULTIPLES, FLUX_MULTIPLE))
     flux = read_at(FLUX_MULTIPLE, high, unlike * turned)

@@ -71,24 +71,25 @@ class Heard:
         return float(self.noise * np.sqrt(2.0 / self.values))
 
 
-def are_of_one_session(heard: Sequence[Heard]) -> bool:
-    """Whether all was read without a pause."""
-    return len({own.session for own in heard}) <= 1
+def without_reference(heard: Sequence[Heard]) -> list[tuple[int, int]]:
+    """What was read in a session that has no reference at its frequency: (playing, multiple)."""
+    known = {(one.session, one.multiple) for one in heard if one.listening == REFERENCE}
+    lacking = [one for one in heard if (one.session, one.multiple) not in known]
+    return list(dict.fromkeys((one.playing, one.multiple) for one in lacking))
 
 
 def readings_of(board: Board, heard: Sequence[Heard], seconds: float) -> CoilReadings:
-    """What coils induce in each other.
+    """What coils induce in each other, each by the reference of its own session.
+
+    What a coil read of another one twice counts as it was read last.
 
     Raises
     ------
     MissingError
         The board has no `[coil]`.
     InputError
-        Something was not read, the reference is silent, or there are several sessions.
+        Something was not read, or a session's reference is silent.
     """
-    if not are_of_one_session(heard):
-        hint = "the device was busy with something else: calibrate again"
-        raise InputError("readings", "several sessions", "one", hint=hint)
     flux, *moved = (_read_at(board, heard, own) for own in (flux_multiple(board), *MULTIPLES))
     return CoilReadings.of(moved, flux, seconds)
 
@@ -98,14 +99,12 @@ def _read_at(board: Board, heard: Sequence[Heard], multiple: int) -> ReadAt:
     count, hz = len(board.actuators), multiple * UNIT_HZ
     own = [one for one in heard if one.multiple == multiple]
     pairs = {(one.listening, one.playing): one for one in own}
-    reference = _reference(board, own, hz)
-    # What a volt at a coil makes the device read, its phase and the late converter's with it.
-    driver = board.electronics.driver_ohm
-    across = duty_volts(board) * (1.0 - driver / coil_impedance(board, hz))
-    per_volt = reference.steps / reference.duty / (REFERENCE_SHARE * across)
-    per_ampere = per_volt * (duty_volts(board) / coil_impedance(board, hz))
+    by_session = {
+        session: _per_ampere(board, [one for one in own if one.session == session], hz)
+        for session in {one.session for one in own}
+    }
     volts = np.zeros((count, count), np.complex128)
-    spread, duties = np.ones((count, count)), np.zeros(count)
+    spread, duties, sessions = np.ones((count, count)), np.zeros(count), np.zeros(count)
     for listening, playing in np.argwhere(~np.eye(count, dtype=bool)).tolist():
         one = pairs.get((listening, playing))
         if one is None:
@@ -113,10 +112,21 @@ def _read_at(board: Board, heard: Sequence[Heard], multiple: int) -> ReadAt:
             names = [own.name for own in board.actuators]
             given = f"none of {names[listening]} by {names[playing]}, {hz:.0f} Hz"
             raise InputError("readings", given, expected)
+        per_ampere = by_session[one.session]
         volts[listening, playing] = one.steps / one.duty / per_ampere
         spread[listening, playing] = one.spread / one.duty / abs(per_ampere)
-        duties[playing] = one.duty
-    return ReadAt(hz, volts, spread, duties)
+        duties[playing], sessions[playing] = one.duty, one.session
+    return ReadAt(hz, volts, spread, duties, sessions)
+
+
+def _per_ampere(board: Board, own: Sequence[Heard], hz: float) -> complex:
+    """Steps that an ampere in a coil makes, of what was read in one session at one frequency."""
+    reference = _reference(board, own, hz)
+    # What a volt at a coil makes the device read, its phase and the late converter's with it.
+    driver = board.electronics.driver_ohm
+    across = duty_volts(board) * (1.0 - driver / coil_impedance(board, hz))
+    per_volt = reference.steps / reference.duty / (REFERENCE_SHARE * across)
+    return complex(per_volt * (duty_volts(board) / coil_impedance(board, hz)))
 
 
 def _reference(board: Board, own: Sequence[Heard], hz: float) -> Heard:

@@ -150,14 +150,28 @@ def motion_of(
 def _carrier_patterns(board: Board, readings: CoilReadings, flux: FloatArray) -> ComplexArray:
     """As much of the duty for all that is played at one level; and of flux, which was read so too.
 
-    A converter in step with the carrier sees its pulses at one moment, which no one knows: what it
-    has of them grows with the duty, but not in proportion.
+    A converter in step with the carrier sees its pulses at one moment of a session, which no one
+    knows: what it has of them grows with the duty, but not in proportion.
     """
     hz = readings.frequencies_hz[:, None, None]
     pulses = coil_impedance(board, hz) / board.known_coil.inductance * flux
-    levels = np.unique(readings.duties)[:, None, None, None]
-    by_level = np.where(np.isclose(readings.duties[:, None, :], levels), pulses, 0.0)
-    return np.asarray(CARRIER_LEFT * np.concatenate((by_level, (2j * np.pi * hz * flux)[None])))
+    every, levels = _each_of(readings.sessions), _each_of(readings.duties)
+    patterns = [
+        np.where((session & level)[:, None, :], pulses, 0.0)
+        for session in every
+        for level in levels
+        if np.any(session & level)
+    ]
+    patterns += [
+        np.where(session, 2j * np.pi * hz * flux, 0.0)
+        for session in _each_of(readings.high.sessions)
+    ]
+    return np.asarray(CARRIER_LEFT * np.stack(patterns))
+
+
+def _each_of(values: FloatArray) -> list[NDArray[np.bool_]]:
+    """Where each of the values stands."""
+    return [np.isclose(values, one) for one in np.unique(values)]
 
 
 def drawn_motion(board: Board, hz: float) -> ComplexArray | None:

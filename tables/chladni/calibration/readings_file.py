@@ -34,11 +34,13 @@ def readings_file(readings: CoilReadings, board: Board) -> bytes:
         "volts_per_ampere_imag": readings.volts.imag.tolist(),
         "noise": readings.noise.tolist(),
         "duties": readings.duties.tolist(),
+        "sessions": readings.sessions.tolist(),
         "high_hz": readings.high.hz,
         "high_volts_per_ampere_real": readings.high.volts.real.tolist(),
         "high_volts_per_ampere_imag": readings.high.volts.imag.tolist(),
         "high_noise": readings.high.spread.tolist(),
         "high_duties": readings.high.duties.tolist(),
+        "high_sessions": readings.high.sessions.tolist(),
     }
     return json.dumps(found, indent=1).encode()
 
@@ -67,6 +69,11 @@ def load_readings(path: Path, board: Board) -> CoilReadings:
         hz = np.array(found["frequencies_hz"], np.float64)
         shape = (hz.size, count, count)
         keys = ("volts_per_ampere_real", "volts_per_ampere_imag", "noise", "duties")
+        # Older files are of one session.
+        sessions, high_sessions = (
+            np.array(found.get(f"{begins}sessions", np.zeros(own)), np.float64)
+            for begins, own in (("", shape[:2]), ("high_", shape[2:]))
+        )
         low, high = (
             [np.array(found[begins + key], np.float64) for key in keys] for begins in ("", "high_")
         )
@@ -77,8 +84,10 @@ def load_readings(path: Path, board: Board) -> CoilReadings:
     fits = fits and 0.0 < high_hz < np.inf and 0.0 <= seconds < np.inf
     fits = fits and all(own.shape == shape for own in low[:3]) and low[3].shape == shape[:2]
     fits = fits and all(own.shape == shape[1:] for own in high[:3]) and high[3].shape == shape[2:]
-    fits = fits and all(np.all(np.isfinite(own)) for own in (hz, *low, *high))
+    fits = fits and (sessions.shape, high_sessions.shape) == (shape[:2], shape[2:])
+    numbers = (hz, sessions, high_sessions, *low, *high)
+    fits = fits and all(np.all(np.isfinite(own)) for own in numbers)
     if not fits or not all(np.all(own > 0.0) for own in (*low[2:], *high[2:])):
         raise InputError(str(path), "damaged readings", f"numbers of {count} coils")
-    at_high = ReadAt(high_hz, high[0] + 1j * high[1], high[2], high[3])
-    return CoilReadings(hz, low[0] + 1j * low[1], low[2], low[3], at_high, seconds)
+    at_high = ReadAt(high_hz, high[0] + 1j * high[1], high[2], high[3], high_sessions)
+    return CoilReadings(hz, low[0] + 1j * low[1], low[2], low[3], sessions, at_high, seconds)

@@ -59,12 +59,15 @@ class ReadAt:
         One standard deviation of its real and imaginary parts, by the converter's noise.
     duties
         Amplitudes that coils played with, (playing,).
+    sessions
+        Of the converter, in which coils played, as numbers, (playing,).
     """
 
     hz: float
     volts: ComplexArray
     spread: FloatArray
     duties: FloatArray
+    sessions: FloatArray
 
 
 @dataclass(frozen=True)
@@ -79,8 +82,9 @@ class CoilReadings:
         Per ampere that was meant, (frequencies, listening, playing), 0 on the diagonals.
     noise
         One standard deviation of its real and imaginary parts, the same shape.
-    duties
-        Amplitudes that coils played with, (frequencies, playing).
+    duties, sessions
+        Amplitudes that coils played with, and in which of the converter's sessions, (frequencies,
+        playing).
     high
         At 7.6 kHz, where flux is most of it.
     seconds
@@ -91,6 +95,7 @@ class CoilReadings:
     volts: ComplexArray
     noise: FloatArray
     duties: FloatArray
+    sessions: FloatArray
     high: ReadAt
     seconds: float
 
@@ -102,6 +107,7 @@ class CoilReadings:
             np.array([own.volts for own in low]),
             np.array([own.spread for own in low]),
             np.array([own.duties for own in low]),
+            np.array([own.sessions for own in low]),
             high,
             seconds,
         )

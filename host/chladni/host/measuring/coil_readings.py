@@ -9,9 +9,9 @@ import numpy as np
 from chladni.calibration.device_readings import (
     REFERENCE,
     Heard,
-    are_of_one_session,
     flux_multiple,
     readings_of,
+    without_reference,
 )
 from chladni.calibration.sensing import (
     FEW_COILS,
@@ -23,6 +23,7 @@ from chladni.calibration.sensing import (
 from chladni.calibration.wiring import unlike
 from chladni.host.device.device import Device
 from chladni.host.device.wires.link import Answer
+from chladni.host.measuring.begun import Begun
 from chladni.host.protocol.codes import SENSE_STATE
 from chladni.host.protocol.link import BY_NAME, MOST_READ, SENSE_PAIRS
 from chladni.sim.board.board import Board
@@ -44,7 +45,7 @@ DISTURBED = 0.1
 CLEAR_REFERENCE = 20.0
 """Deviations that a reference is above 0 at least: all else is told in its volts."""
 ASK_AGAIN_S = 0.005
-HALVINGS = 6
+HALVINGS, SESSIONS = 6, 3
 COSINE = 32767.0 / 1024.0
 """What a cosine of 1 is in the device's sums."""
 
@@ -53,8 +54,22 @@ class ReadingError(ChladniError):
     """Coils were not read to the end."""
 
 
-def read_coils(device: Device, board: Board, progress: Report | None = None) -> CoilReadings:
+def read_coils(
+    device: Device,
+    board: Board,
+    progress: Report | None = None,
+    begun: Begun | None = None,
+    keep: Callable[[Begun], None] | None = None,
+) -> CoilReadings:
     """Have a device read its coils, one playing after another.
+
+    Parameters
+    ----------
+    begun
+        What was read already: those coils are not read again, but for the first one, whose
+        reference each session needs.
+    keep
+        Called after each coil with all that was read.
 
     Raises
     ------
@@ -64,14 +79,12 @@ def read_coils(device: Device, board: Board, progress: Report | None = None) -> 
         The device is of another board, or has no sensing pin.
     """
     check_device(device, board, SENSE_MINOR)
-    reader = _read_all(device, board, progress)
-    if not are_of_one_session(reader.heard):
-        # A host that was kept from asking for a moment; phases hold for one session.
-        reader = _read_all(device, board, progress)
+    reader = _read_all(device, board, begun or Begun(), progress, keep)
     readings = readings_of(board, reader.heard, reader.seconds)
     disturbed = _disturbed(readings)
     for coil, multiple in disturbed:
         reader.read(coil, multiple)
+    reader.read_lacking_references()
     return readings_of(board, reader.heard, reader.seconds) if disturbed else readings
 
 
@@ -85,15 +98,25 @@ def _disturbed(readings: CoilReadings) -> list[tuple[int, int]]:
     return [(coil, MULTIPLES[k]) for k, coil in np.argwhere(odd.any(axis=1)).tolist()]
 
 
-def _read_all(device: Device, board: Board, progress: Report | None) -> _Reader:
+def _read_all(
+    device: Device,
+    board: Board,
+    begun: Begun,
+    progress: Report | None,
+    keep: Callable[[Begun], None] | None,
+) -> _Reader:
     count, high = len(board.actuators), flux_multiple(board)
-    reader = _Reader(device, readings_each(count), high)
+    reader = _Reader(device, readings_each(count), high, begun)
     for coil in range(count):
         for multiple in (*MULTIPLES, high):
-            reader.read(coil, multiple)
+            if not reader.has(coil, multiple):
+                reader.read(coil, multiple)
+        if keep:
+            keep(reader.begun)
         if progress:
             progress(coil + 1, count)
     reader.read_again_at_one_level(high)
+    reader.read_lacking_references()
     reader.read_unclear_references_again()
     return reader
 
@@ -132,12 +155,24 @@ def check_device(device: Device, board: Board, least: int) -> None:
 class _Reader:
     """Has coils read, each as loud as the converter takes."""
 
-    def __init__(self, device: Device, readings: int, high: int) -> None:
+    def __init__(self, device: Device, readings: int, high: int, begun: Begun) -> None:
         self.device, self.readings, self.high = device, readings, high
-        self.heard: list[Heard] = []
-        self.seconds = 0.0
-        self._levels = dict.fromkeys((*MULTIPLES, high), LEVEL)
-        self._read_at: dict[tuple[int, int], float] = {}
+        self.heard: list[Heard] = list(begun.heard)
+        self.seconds = begun.seconds
+        self._read_at = dict(begun.levels or {})
+        self._levels = {
+            own: min([LEVEL, *(level for (_, one), level in self._read_at.items() if one == own)])
+            for own in (*MULTIPLES, high)
+        }
+
+    @property
+    def begun(self) -> Begun:
+        """All that was read until now."""
+        return Begun(tuple(self.heard), dict(self._read_at), self.seconds)
+
+    def has(self, coil: int, multiple: int) -> bool:
+        """Whether that was read."""
+        return (coil, multiple) in self._read_at
 
     def read(self, coil: int, multiple: int, readings: int = 0) -> None:
         """Listen to all others; what was too loud once is played at half from then on.
@@ -168,7 +203,13 @@ class _Reader:
             self._levels[multiple] /= 2.0
         assert found is not None
         self.seconds += self.device.wire.now_s() - begun
-        self.heard = [own for own in self.heard if (own.playing, own.multiple) != (coil, multiple)]
+        # What others read in an earlier session needs its reference.
+        self.heard = [
+            own
+            for own in self.heard
+            if (own.playing, own.multiple) != (coil, multiple)
+            or (own.listening == REFERENCE and own.session != found[0].session)
+        ]
         self.heard += found
         self._read_at[coil, multiple] = self._levels[multiple]
 
@@ -182,9 +223,32 @@ class _Reader:
             if own == multiple and level != self._levels[multiple]:
                 self.read(coil, multiple)
 
+    def read_lacking_references(self) -> None:
+        """The first coil once more for each session without it: phases hold for one alone.
+
+        A session ends where a host is kept from asking for a moment. What was read in one that
+        ended without a reference is read again.
+
+        Raises
+        ------
+        ReadingError
+            One session after another ends.
+        """
+        for _ in range(SESSIONS):
+            lacking = without_reference(self.heard)
+            if not lacking:
+                return
+            for multiple in dict.fromkeys(own for _, own in lacking):
+                self.read(0, multiple)
+            for coil, multiple in without_reference(self.heard):
+                self.read(coil, multiple)
+        raise ReadingError("the device was busy with something else", hint="calibrate again")
+
     def read_unclear_references_again(self) -> None:
         """Those of coils that had to play so quietly that noise counts, for longer."""
-        for one in [own for own in self.heard if own.listening == REFERENCE]:
+        last = self.heard[-1].session
+        references = [own for own in self.heard if own.listening == REFERENCE]
+        for one in [own for own in references if own.session == last]:
             clear = abs(one.steps) / one.spread
             if clear < CLEAR_REFERENCE:
                 longer = one.values / SENSE_PAIRS * (CLEAR_REFERENCE / max(clear, 1.0)) ** 2

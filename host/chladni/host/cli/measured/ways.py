@@ -30,6 +30,7 @@ from chladni.host.device.wires.wire import EmulatorWire, Wire
 from chladni.host.emulation.sensed_plate import emulator_on
 from chladni.host.emulation.shaken_plate import Sensor, ShakenPlate
 from chladni.host.measuring.accelerometer import read_motions
+from chladni.host.measuring.begun import Begun, begun_file, load_begun
 from chladni.host.measuring.coil_readings import read_coils
 from chladni.sim.board.board import Board
 from chladni.sim.fields.transfer import check_target
@@ -175,7 +176,7 @@ def read(
                 "the board has no block [sensing]: a real device of it cannot read its coils "
                 "until they are wired so (docs/calibrate.md)"
             )
-        readings = _of_device(drawn, plate, connection)
+        readings = _of_device(drawn, plate, connection, kept)
         by = _emulated("its own coils", plate) if plate is not None else "its own coils"
         if kept is not None:
             write_whole(kept, readings_file(readings, drawn))
@@ -187,13 +188,22 @@ def read(
 
 
 def _of_device(
-    drawn: Board, plate: HiddenPlate | None, connection: Connection | None
+    drawn: Board, plate: HiddenPlate | None, connection: Connection | None, kept: Path | None
 ) -> CoilReadings:
+    """Read now, or gone on with from what such a file has of some coils."""
+    begun = Begun() if kept is None else load_begun(kept, drawn)
+    if begun.coils:
+        say(f"goes on from {kept}: {begun.coils} of {len(drawn.actuators)} coils are read")
+
+    def keep(found: Begun) -> None:
+        if kept is not None:
+            write_whole(kept, begun_file(found, drawn))
+
     wire = _wire(connection) if plate is None else EmulatorWire(emulator_on(drawn, plate))
     with Device(wire) as device:
         _wait_for_coils(device)
         with progress_bar("coils") as progress:
-            return read_coils(device, drawn, progress)
+            return read_coils(device, drawn, progress, begun, keep)
 
 
 def _wait_for_coils(device: Device) -> None:
