@@ -182,7 +182,6 @@ LONG = (
     "chain/test_played_effect.py::test_a_weak_coil_that_its_device_makes_up_for",
     "host/test_kept_work.py::test_a_front_that_cannot_be_written_is_not_searched_again",
     "host/test_calibrate.py::test_a_plate_that_a_file_describes_is_found",
-    "calibration/test_coil_readings.py::test_a_host_that_was_away_for_a_moment_reads_again",
     "calibration/test_sound.py::test_what_is_clipped_a_little_is_refused_and_what_is_quiet_is_not",
     "calibration/test_sound.py::test_recordings_of_no_sweep_are_refused",
     "chain/test_template.py::test_a_sweep_tells_the_plate_from_the_latch",

@@ -142,7 +142,8 @@ def test_places_that_allow_less_are_told(capsys: pytest.CaptureFixture[str]) -> 
     say_less_than_asked(each, [10.0, 10.0], "level_um of its area")
     said = " ".join(capsys.readouterr().err.split())
     assert said == (
-        "chladni: B gets 2 µm of the 5 that level_um of its area asks for: its place allows no more"
+        "chladni: B gets 2 µm of the 5 that level_um of its area asks for by the effect's own "
+        "amplitude: its place allows no more"
     )
     say_less_than_asked(each, [None, 4.0])
     say_short_places(each, None)

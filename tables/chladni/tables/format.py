@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from chladni.drives.problem.region_grid import RegionGrid
+from chladni.effects.bank.layout import MAGIC as BANK_MAGIC
 from chladni.sim.errors import InputError
 from chladni.sim.files import read_whole
 from chladni.tables.layout import (
@@ -236,7 +237,10 @@ def _read_header(data: bytes, file: str | None) -> dict[str, Any]:
     if data[:HEADER_BYTES] == b"\xff" * HEADER_BYTES:
         raise _refusing("kNone", file)("magic", "blank flash", f"{MAGIC!r}, a Chladni table")
     if head["magic"] != MAGIC:
-        raise _refusing("kBadMagic", file)("magic", head["magic"], f"{MAGIC!r}, a Chladni table")
+        what = "text: a board file?" if data[:HEADER_BYTES].isascii() else head["magic"]
+        if data[:4] == BANK_MAGIC:
+            what = "an effect bank (`chladni effects flash`)"
+        raise _refusing("kBadMagic", file)("magic", what, f"{MAGIC!r}, a Chladni table")
     version = head["version_major"], head["version_minor"]
     if version not in ((VERSION_MAJOR, DRIVES_MINOR), (VERSION_MAJOR, VERSION_MINOR)):
         remedy = "build the table again with `chladni table build`"

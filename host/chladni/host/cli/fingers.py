@@ -193,7 +193,7 @@ def fingers(
     title = f"{loaded.name}, {loaded.known_as}: several fingers{', by the pins' * is_played}"
     answer(result, as_json=as_json, title=title)
     if not as_json:
-        say_tones(board, loaded, str(table or "T.chl"), clicks=True)
+        say_tones(board, loaded, None if table is None else str(table), clicks=True)
 
 
 def _as_built(board: Board, count: int, samples: int, drawn: dict[str, Any]) -> FingersAsBuilt:
@@ -249,12 +249,20 @@ def _tell_pair(
         for own, (name, place) in enumerate(zip("AB", play.places_mm, strict=True))
     ]
     told = [
-        f"{one['name']} plays: {other} gets {one['isolation_db']:z.0f} dB less"
+        f"{one['name']} plays: {other} gets {one['isolation_db']:z.0f} dB less{_weak(board, one)}"
         for one, other in zip(rows, "BA", strict=True)
     ]
     result = {"verdict": ". ".join(told) + ".", "name": board.name, "newtons": numbers[1]}
     title = f"{board.name}, {board.known_as}: two fingers{', by the pins' if played else ''}"
     answer(result | {"fingers": rows}, as_json=as_json, title=title)
+
+
+def _weak(board: Board, one: dict[str, Any]) -> str:
+    """Where the finger that plays has less of its own than a resting one feels."""
+    um, least = one["finger_um"], threshold_um(board.drive.frequency_hz)
+    if um is None or least is None or um >= least:
+        return ""
+    return f" of {um:.2g} µm, which {one['name']} does not feel while it rests"
 
 
 def _check_for_device(regularisation: float | None, *, built: bool) -> None:

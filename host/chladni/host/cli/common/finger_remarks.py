@@ -92,7 +92,7 @@ def _ramp(board: Board) -> str:
     )
 
 
-def say_tones(named: str, board: Board, table: str = "T.chl", *, clicks: bool = False) -> None:
+def say_tones(named: str, board: Board, table: str | None = None, *, clicks: bool = False) -> None:
     """After what steady tones keep, and maybe reckoned clicks: what effects keep by the pins.
 
     Tones are of fingers that have rested, which matters where a switch's bias comes up.
@@ -103,7 +103,7 @@ def say_tones(named: str, board: Board, table: str = "T.chl", *, clicks: bool = 
         bias = "" if board.electronics.is_bridge else adds
         say(
             f"These are tones, and a click as it is reckoned: `chladni play click --places 20 "
-            f"{play} --table {table}` tells what it leaves 20 mm away by the pins{bias}."
+            f"{play} --table {table or 'T.chl'}` tells what it leaves 20 mm away by the pins{bias}."
         )
         return
     reckoned = ", and clicks as they are reckoned" if clicks else ""
@@ -115,9 +115,10 @@ def say_tones(named: str, board: Board, table: str = "T.chl", *, clicks: bool = 
             " Without --rested it tells of clicks that come with the touch, which keep some dB "
             "less: the bias of switches comes up with them."
         )
+    of_table = f" --table {table}" if table else ""
     say(
-        f"These are tones{reckoned}: `chladni play click --pairs 20{rested} {play}` tells what "
-        f"clicks keep by an emulated device's pins, and so of any effect.{touched}"
+        f"These are tones{reckoned}: `chladni play click --pairs 20{rested} {play}{of_table}` "
+        f"tells what clicks keep by an emulated device's pins, and so of any effect.{touched}"
     )
 
 

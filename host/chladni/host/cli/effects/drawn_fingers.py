@@ -131,13 +131,13 @@ def play_drawn(
         known | rows | {"rested": _rested(found[0][0])}
     )
     answer(rows, as_json=as_json, title=setup.played_on)
-    if pairs and names == ["click"]:
+    if pairs and names == ["click"] and hidden is None:
         bends = found[0][0].bias_um is not None and not how["rested"]
         touched = ", and have rested, which these have not" if bends else ""
         say(
             f"`chladni fingers {connection.emulated_board} --fingers 2 --sets {count} --apart "
             f"{apart / MM:g}` reckons the shipped click of these pairs, at the median up to 4 dB "
-            "above what pins keep, at the worst tenth up to 6: both fingers of each count there"
+            "off what pins keep, at the worst tenth up to 6: both fingers of each count there"
             f"{touched}"
         )
     if count < asked:

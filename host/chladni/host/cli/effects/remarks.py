@@ -113,8 +113,8 @@ def say_less_than_asked(
         if _is_short(one, level_um):
             who = "the finger" if len(found) == 1 else name
             say(
-                f"{who} gets {one.peak_um:.2g} µm of the {_asked_um(one, level_um):.2g} that {by} "
-                "asks for: its place allows no more"
+                f"{who} gets {one.peak_um:.2g} µm of the {_asked_um(one, level_um):.3g} that {by} "
+                "asks for by the effect's own amplitude: its place allows no more"
             )
 
 
@@ -124,7 +124,8 @@ def say_short_places(found: Sequence[PlayedEffect], level_um: float | None) -> N
     if short:
         say(
             f"{short} of {len(found)} places allow less than the "
-            f"{_asked_um(found[0], level_um):.2g} µm that --level-um asks for"
+            f"{_asked_um(found[0], level_um):.3g} µm that --level-um asks for by the effect's own "
+            "amplitude"
         )
 
 

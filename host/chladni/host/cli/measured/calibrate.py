@@ -13,7 +13,7 @@ import typer
 
 from chladni.calibration.hidden import HiddenPlate
 from chladni.calibration.restored import SETS, Restored, Truth
-from chladni.host.cli.common.hidden_plates import named_plate
+from chladni.host.cli.common.hidden_plates import SHAPES, named_plate
 from chladni.host.cli.common.options import (
     FigureOption,
     JsonOption,
@@ -225,7 +225,7 @@ def _plate(
 ) -> HiddenPlate | None:
     """The one that an emulated device is on."""
     if emulator:
-        return named_plate(drawn, required("--hidden", hidden, "which plate the device is on"))
+        return named_plate(drawn, required("--hidden", hidden, f"{SHAPES}, the plate it is on"))
     if hidden is not None or microphone:
         raise ConflictError("--hidden" if hidden is not None else "--microphone", "no --emulator")
     return None

@@ -57,6 +57,11 @@ def verdict(
     feet = [own for own in found.parameters if own.name.startswith("foot ")]
     if uneven_feet(drawn) and not feet:
         sentences += [FEET_ALIKE]
+    if alike := [own for own in feet if not own.told]:
+        sentences += [
+            f"{len(alike)} of {len(feet)} feet are not told apart from others, as where all coils "
+            "stand on a middle line: new drives may miss an odd foot."
+        ]
     sentences += faults(found.board)
     told = [
         f"{own.name} {own.value:.2f} times the drawn one"
