@@ -10,11 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from chladni.effects.bank.layout import MAGIC as BANK_MAGIC
 from chladni.sim.errors import InputError
 from chladni.tables import layout
 from chladni.tables._firmware import FirmwareTable
 from chladni.tables.firmware_reader import FirmwareReader
-from chladni.tables.format import pack, unpack
+from chladni.tables.format import OF_BANKS, pack, unpack
 from chladni.tables.mirror_symmetry import NO_MIRRORS, MirrorSymmetry
 from chladni.tables.table import Section, Table, dequantise, quantise
 from conftest import ROOT
@@ -332,3 +333,17 @@ def test_the_document_describes_every_field_where_it_is() -> None:
             assert row in text
     assert f"{layout.HEADER_BYTES} bytes" in text
     assert f"{layout.SECTION_BYTES} bytes" in text
+
+
+@pytest.mark.parametrize(
+    ("data", "told"),
+    [
+        (b"CHLE" + bytes(range(200, 240)) * 4, "an effect bank .`chladni effects flash`."),
+        (b"# A board\n[plate]\n" * 10, "text: a board file?"),
+        (bytes(range(200, 240)) * 4, "got b'"),
+    ],
+)
+def test_what_is_another_kind_of_file_is_named(data: bytes, told: str) -> None:
+    with pytest.raises(InputError, match=told):
+        unpack(data)
+    assert OF_BANKS == BANK_MAGIC

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from chladni.drives.problem.region_grid import RegionGrid
-from chladni.effects.bank.layout import MAGIC as BANK_MAGIC
 from chladni.sim.errors import InputError
 from chladni.sim.files import read_whole
 from chladni.tables.layout import (
@@ -56,6 +55,7 @@ from chladni.tables.responses import (
 )
 from chladni.tables.table import Limits, ResponsesSection, Section, Table
 
+OF_BANKS = b"CHLE"  # begins an effect bank (effects/bank/layout.py)
 VERDICTS = ("kBadSize", "kBadField", "kBadDrives")
 """That a section may come to."""
 
@@ -238,7 +238,7 @@ def _read_header(data: bytes, file: str | None) -> dict[str, Any]:
         raise _refusing("kNone", file)("magic", "blank flash", f"{MAGIC!r}, a Chladni table")
     if head["magic"] != MAGIC:
         what = "text: a board file?" if data[:HEADER_BYTES].isascii() else head["magic"]
-        if data[:4] == BANK_MAGIC:
+        if data[:4] == OF_BANKS:
             what = "an effect bank (`chladni effects flash`)"
         raise _refusing("kBadMagic", file)("magic", what, f"{MAGIC!r}, a Chladni table")
     version = head["version_major"], head["version_minor"]
