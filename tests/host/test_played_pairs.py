@@ -140,13 +140,18 @@ press = "tick"
 """
 
 
+def pressed_together(table: Path, folder: Path, keys: str) -> tuple[str | Path, ...]:
+    """Options of `play` for both fingers of pairs in a bank's areas."""
+    bank = folder / "keys.toml"
+    bank.write_text(keys)
+    return ("--emulator", "--board", "strip5", "--table", table, "--bank", bank, "--together")
+
+
 def test_pairs_of_a_bank_lie_in_its_areas(
     chladni: CommandLine, table: Path, tmp_path: Path
 ) -> None:
     """Those of all drawn pairs that do; both fingers' levels count alike."""
-    bank = tmp_path / "keys.toml"
-    bank.write_text(TWO_KEYS)
-    words = ("--emulator", "--board", "strip5", "--table", table, "--bank", bank, "--together")
+    words = pressed_together(table, tmp_path, TWO_KEYS)
     found = chladni("play", *words, "--pairs", "2", "--json")
     assert found.code == 0, found.err
     drawn = finger_sets(load_board("strip5"), 2, 400, 16e-3, np.random.default_rng(SEED)) / MM
@@ -172,9 +177,7 @@ def test_fingers_that_press_together_lie_in_two_areas(
     chladni: CommandLine, table: Path, tmp_path: Path
 ) -> None:
     """Two hands have one each, though an area has room for both."""
-    bank = tmp_path / "keys.toml"
-    bank.write_text(TWO_KEYS.replace("18", "36"))
-    words = ("--emulator", "--board", "strip5", "--table", table, "--bank", bank, "--together")
+    words = pressed_together(table, tmp_path, TWO_KEYS.replace("18", "36"))
     found = chladni("play", *words, "--pairs", "4", "--json")
     assert found.code == 0, found.err
     assert [one["presses"] for one in found.json["areas"]] == [4, 4]
@@ -183,9 +186,7 @@ def test_fingers_that_press_together_lie_in_two_areas(
 def test_a_bank_beside_the_board_meets_no_pair(
     chladni: CommandLine, table: Path, tmp_path: Path
 ) -> None:
-    bank = tmp_path / "keys.toml"
-    bank.write_text(TWO_KEYS.replace("6, 6, 6, 18", "6, 86, 6, 98"))
-    words = ("--emulator", "--board", "strip5", "--table", table, "--bank", bank, "--together")
+    words = pressed_together(table, tmp_path, TWO_KEYS.replace("6, 6, 6, 18", "6, 86, 6, 98"))
     answer = chladni("play", *words, "--pairs", "1")
     assert (answer.code, answer.out) == (2, "")
     assert "--pairs: expected a bank that many drawn fingers meet, got 1" in answer.err

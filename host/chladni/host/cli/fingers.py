@@ -193,7 +193,7 @@ def fingers(
     title = f"{loaded.name}, {loaded.known_as}: several fingers{', by the pins' * is_played}"
     answer(result, as_json=as_json, title=title)
     if not as_json:
-        say_tones(board, loaded, None if table is None else str(table), clicks=True)
+        say_tones(board, loaded, table, clicks=True)
 
 
 def _as_built(board: Board, count: int, samples: int, drawn: dict[str, Any]) -> FingersAsBuilt:

@@ -280,7 +280,7 @@ def score(
     del result["maps"]
     answer(result, as_json=as_json, title=f"{table}: what the pins make of it on {owner.name}")
     if owner.focus is not None and owner.coil is not None:
-        say_tones(board or owner.name, owner, str(table))
+        say_tones(board or owner.name, owner, table)
 
 
 def diff(

@@ -7,7 +7,7 @@ each coil that listened, in the converter's steps, and the level at which each c
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +37,7 @@ class Begun:
     """
 
     heard: tuple[Heard, ...] = ()
-    levels: dict[tuple[int, int], float] | None = None
+    levels: dict[tuple[int, int], float] = field(default_factory=dict)
     seconds: float = 0.0
 
     @property
@@ -53,7 +53,7 @@ def begun_file(begun: Begun, board: Board) -> bytes:
         row = asdict(one)
         steps = row.pop("steps")
         heard.append(row | {"real": steps.real, "imag": steps.imag})
-    levels = [[*key, level] for key, level in (begun.levels or {}).items()]
+    levels = [[*key, level] for key, level in begun.levels.items()]
     found = {"kind": KIND, "board": board.name, "fingerprint": f"{board.fingerprint():#018x}"}
     told = {"seconds": begun.seconds, "levels": levels, "heard": heard}
     return json.dumps(found | told, indent=1).encode()

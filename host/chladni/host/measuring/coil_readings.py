@@ -159,7 +159,7 @@ class _Reader:
         self.device, self.readings, self.high = device, readings, high
         self.heard: list[Heard] = list(begun.heard)
         self.seconds = begun.seconds
-        self._read_at = dict(begun.levels or {})
+        self._read_at = dict(begun.levels)
         self._levels = {
             own: min([LEVEL, *(level for (_, one), level in self._read_at.items() if one == own)])
             for own in (*MULTIPLES, high)

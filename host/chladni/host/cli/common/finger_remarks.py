@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -69,12 +70,17 @@ def say_mirrored(board: Board) -> None:
             )
 
 
+def is_clearly_less(db: float, than_db: float) -> bool:
+    """Whether medians of pairs differ by more than other pairs would change them."""
+    return than_db - db >= CLEARLY_LESS_DB
+
+
 def say_worse(board: Board) -> None:
     """Remark on a measured board whose drives kept less apart than those of the drawn one."""
     before, after = (getattr(board.measured, key, None) for key in ("before", "after"))
     if before is None or after is None:
         return
-    if before.fingers_2_db - after.fingers_2_db >= CLEARLY_LESS_DB:
+    if is_clearly_less(after.fingers_2_db, before.fingers_2_db):
         say(
             f"measured.after: this board's drives keep two fingers {after.fingers_2_db:.0f} dB "
             f"apart on its plate, and the drawn board's {before.fingers_2_db:.0f}: those are better"
@@ -92,7 +98,7 @@ def _ramp(board: Board) -> str:
     )
 
 
-def say_tones(named: str, board: Board, table: str | None = None, *, clicks: bool = False) -> None:
+def say_tones(named: str, board: Board, table: Path | None = None, *, clicks: bool = False) -> None:
     """After what steady tones keep, and maybe reckoned clicks: what effects keep by the pins.
 
     Tones are of fingers that have rested, which matters where a switch's bias comes up.

@@ -261,9 +261,8 @@ def _remedy(score: BoardScore, tried: Sequence[Remedy]) -> str:
 def _between_coils(score: BoardScore) -> str:
     """What would help where a board focuses at some places alone, between which coils lie apart."""
     kept, spacing = score.second_finger_20mm_db, score.coil_spacing_mm
-    if kept is None or kept.p10 >= NOTICED_DB or spacing is None or spacing <= WIDE_MM:
-        return ""
-    if score.room_for > MOST_COILS:
+    is_wide = spacing is not None and spacing > WIDE_MM and score.room_for <= MOST_COILS
+    if kept is None or kept.p10 >= NOTICED_DB or not is_wide:
         return ""
     return (
         f"Coils {spacing:.0f} mm apart leave places between them: about 12 mm apart they would be "

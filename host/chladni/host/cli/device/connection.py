@@ -7,6 +7,7 @@ import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
@@ -72,7 +73,7 @@ class Connection:
         str | None, typer.Option("--bank", metavar="BANK", help="Its effect bank: .che or .toml.")
     ] = None
 
-    @property
+    @cached_property
     def emulated_board(self) -> str:
         """What names the emulated device's board: --board, or what lies beside its table."""
         if self.board is not None or self.emulated_table is None:

@@ -95,20 +95,20 @@ def play_drawn(
     The effects are of the first finger of each and maybe of the second, or, if there are none, of
     the bank's areas: the first finger presses one of them, `together` both, two areas where there
     are as many. Pairs are the first of those that `fingers` and `board score` draw, of a bank those
-    in its areas. Of few people get
-    each in place of shares of them. Fingers of a pair lie `apart` or more, m, or
-    as far as the board has it. `how`: as of `play_effect`.
+    in its areas. Of few people get each in place of shares of them. Fingers of a pair lie `apart`
+    or more, m, or as far as the board has it. `how`: as of `play_effect`.
     """
     bank = None if effects else bank_for(connection)
     setup = setup_of(connection, (), hidden)
     say_waves(setup.board)
-    has_several = bank is not None and len(unpack_bank(bank).areas) > 1
+    unpacked = None if bank is None else unpack_bank(bank)
+    in_two = together and unpacked is not None and len(unpacked.areas) > 1
 
     def presses_at(places: Sequence[Place]) -> list[Press]:
         if bank is None:
             return of_effects(effects, places)
         found = of_bank(bank, places, together=together)
-        if together and has_several and len({one.area for one in found}) == 1:
+        if in_two and len({one.area for one in found}) == 1:
             raise ArgumentError("--pairs", found[0].area, "two areas, which --together is for")
         return found
 
@@ -122,7 +122,7 @@ def play_drawn(
     say_bias(found[0], setup.board)
     names = [own.name for own in effects]
     known: dict[str, Any] = {"effect": names[0] if len(names) == 1 else None}
-    known |= {"bank": None if bank is None else unpack_bank(bank).name}
+    known |= {"bank": None if unpacked is None else unpacked.name}
     known |= setup.rows(as_json=as_json)
     known |= {"pairs" if pairs else "places": count, "newtons": how["newtons"]}
     tell = _of_two if len(found[0]) > 1 else _of_one if pairs else _of_unknown

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from chladni.calibration.hidden import foot_name
 from chladni.calibration.parameters import Parameter
 from chladni.calibration.restored import Restored, gained
 from chladni.calibration.unknowns import uneven_feet
 from chladni.calibration.wiring import coil_fault
-from chladni.host.cli.common.finger_remarks import CLEARLY_LESS_DB
+from chladni.host.cli.common.finger_remarks import is_clearly_less
 from chladni.host.cli.measured.ways import Calibrated
 from chladni.sim.board.board import Board
 
@@ -48,14 +49,15 @@ def verdict(
             if before.fingers_um
             else f"Each gets {um.median:.2g} µm, {um.p10:.2g} at the worst tenth."
         ]
-    lost = before.fingers_2_db.median - after.fingers_2_db.median
-    if is_on_plate and lost >= CLEARLY_LESS_DB:
+    old, new = before.fingers_2_db.median, after.fingers_2_db.median
+    if is_on_plate and is_clearly_less(new, old):
         sentences += [
-            f"On this plate the new drives keep two fingers {lost:.1f} dB less apart than the old "
-            "ones: keep the drawn board's file, or measure in another way."
+            f"On this plate the new drives keep two fingers {old - new:.1f} dB less apart than the "
+            "old ones: keep the drawn board's file, or measure in another way."
         ]
-    feet = [own for own in found.parameters if own.name.startswith("foot ")]
-    if uneven_feet(drawn) and not feet:
+    names = [foot_name(own) for own in uneven_feet(drawn)]
+    feet = [own for own in found.parameters if own.name in names]
+    if names and not feet:
         sentences += [FEET_ALIKE]
     if alike := [own for own in feet if not own.told]:
         sentences += [
