@@ -22,6 +22,7 @@ from chladni.calibration.hearing import fit_sound
 from chladni.calibration.hidden import HiddenPlate
 from chladni.calibration.laboratory.fields_fit import fit_fields
 from chladni.calibration.laboratory.measured_fields import joined
+from chladni.calibration.parameters import INTERVAL
 from chladni.calibration.recorder import record_hidden
 from chladni.calibration.sweep import heard_coils
 from chladni.host.device.device import Device
@@ -92,18 +93,34 @@ def _by_coils(board: Board, hidden: HiddenPlate) -> dict[str, Any]:
         "force_off": float(np.sqrt(np.mean(off**2))),
         "left": found.left,
         "steps": found.steps,
-        "held": _held(hidden.ratios(board), found),
+        "intervals": _intervals(hidden.ratios(board), found),
         "device_s": readings.seconds,
     }
 
 
-def _held(ratios: dict[str, float], found: BoardFit) -> dict[str, bool]:
-    """Whether each interval of what is told holds the truth."""
+def _intervals(ratios: dict[str, float], found: BoardFit) -> dict[str, list[float]]:
+    """The truth of each value that is told over what was found, and its 95 % interval over it."""
     return {
-        own.name: bool(own.low <= ratios[own.name] <= own.high)
+        own.name: [each / own.value for each in (ratios[own.name], own.low, own.high)]
         for own in found.parameters
         if own.told
     }
+
+
+def _interval_rows(rows: list[dict[str, Any]]) -> str:
+    """How many intervals hold, and the RMS of what values are off in deviations: 1 if all fits."""
+    by_name: dict[str, list[list[float]]] = {}
+    for row in rows:
+        for name, own in row["intervals"].items():
+            by_name.setdefault("each foot" if name.startswith("foot") else name, []).append(own)
+    every = {"all": [own for parts in by_name.values() for own in parts], **by_name}
+    parts = []
+    for name, own in every.items():
+        truth, low, high = np.array(own).T
+        holds = (low <= truth) & (truth <= high)
+        off = np.log(truth) / (np.log(high / low) / (2.0 * INTERVAL))
+        parts.append(f"{name} {holds.sum()} of {holds.size} ({np.sqrt(np.mean(off**2)):.2f})")
+    return ", ".join(parts)
 
 
 def _pooled(rows: list[dict[str, Any]], key: str, what: str) -> str:
@@ -150,14 +167,13 @@ def main() -> None:
             off = np.percentile(np.abs(level), (50.0, 90.0))
             print(f"  refused {len(own) - len(done)}, level off {off[0]:.2f} / {off[1]:.2f} dB")
             continue
-        held = [one for row in done for one in row["held"].values()]
         print(
             f"  refused {len(own) - len(done)}, wiring right {sum(row['wiring'] for row in done)}, "
             f"with faults {sum(row['faults'] > 0 for row in done)}, "
-            f"intervals that hold {np.mean(held):.2f} of {len(held)}, "
             f"forces off {100 * np.median([row['force_off'] for row in done]):.1f} %, "
             f"level off {np.percentile(np.abs(level), 90):.2f} dB at 90 %, "
-            f"plates solved {np.median([row['steps'] for row in done]):.0f}"
+            f"plates solved {np.median([row['steps'] for row in done]):.0f}\n"
+            f"  intervals that hold, and RMS of what is off, deviations: {_interval_rows(done)}"
         )
 
 
