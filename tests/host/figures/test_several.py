@@ -10,7 +10,7 @@ import pytest
 
 from chladni.drives.scoring.several_fingers.fingers_play import FingersPlay
 from chladni.drives.scoring.several_fingers.fingers_score import FingersScore, score_fingers
-from chladni.host.cli.fingers import _draw
+from chladni.host.cli.several_fingers.fingers import _draw
 from chladni.host.figures.fingers import fingers_figure
 from chladni.host.figures.two_fingers import two_fingers_figure
 from chladni.sim.board.file import load_board

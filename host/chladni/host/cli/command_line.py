@@ -23,7 +23,6 @@ if TYPE_CHECKING:
         board,
         compare,
         emulate,
-        fingers,
         plate,
         solve,
         studio,
@@ -34,6 +33,7 @@ if TYPE_CHECKING:
     from chladni.host.cli.effects import commands as effects_commands  # noqa: F401
     from chladni.host.cli.effects import play  # noqa: F401
     from chladni.host.cli.measured import calibrate  # noqa: F401
+    from chladni.host.cli.several_fingers import fingers  # noqa: F401
 
 
 class LoadedCommands(Mapping[str, Any]):

@@ -13,7 +13,7 @@ MODULES = {
     "emulate": "emulate",
     "studio": "studio",
     "compare": "compare",
-    "fingers": "fingers",
+    "fingers": "several_fingers.fingers",
     "effects": "effects.commands",
     "play": "effects.play",
     "design": "designing.design",

@@ -10,16 +10,13 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from chladni.drives.fingers import responses_at
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
-from chladni.drives.problem.threads import one_blas_thread
 from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS
 from chladni.drives.scoring.several_fingers.fingers_as_built import (
     FingersAsBuilt,
     score_fingers_as_built,
 )
-from chladni.drives.scoring.several_fingers.fingers_play import fingers_play
 from chladni.drives.scoring.several_fingers.fingers_score import (
     MOST_SETS,
     SETS,
@@ -27,12 +24,11 @@ from chladni.drives.scoring.several_fingers.fingers_score import (
     FingersScore,
     Solve,
     score_fingers,
-    solver_of,
 )
 from chladni.drives.scoring.several_fingers.kept_apart import KeptApart
 from chladni.drives.scoring.survey import SAMPLES
 from chladni.host.cli.common.drive_options import on_less
-from chladni.host.cli.common.finger_remarks import of_fingers, say_mirrored, say_tones
+from chladni.host.cli.common.finger_remarks import of_fingers, say_tones
 from chladni.host.cli.common.options import (
     BoardArgument,
     FigureOption,
@@ -45,18 +41,17 @@ from chladni.host.cli.common.options import (
 )
 from chladni.host.cli.common.output import (
     answer,
-    parse_place,
     progress_bar,
     say_unmet,
     write_figure,
 )
-from chladni.host.cli.common.ranges import check_apart, within
+from chladni.host.cli.common.ranges import within
 from chladni.host.cli.common.terms import of_loudest
+from chladni.host.cli.several_fingers.own_pair import own_pair, tell_pair
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
-from chladni.sim.errors import ConflictError, InputError, MissingError
-from chladni.sim.fields.transfer import check_target
+from chladni.sim.errors import ConflictError, InputError
 from chladni.sim.image.finger import PRESS, threshold_um
 from chladni.tables.format import read_table
 from chladni.tables.inspection.owner import board_for
@@ -148,13 +143,13 @@ def fingers(
     """
     check_figure(figure)
     loaded = load_board(board)
-    pair = _pair(loaded, at, other, count or 2, built=built)
+    pair = own_pair(loaded, at, other, count or 2, built=built)
     if table is not None:
         _check_for_device(regularisation, built=built)
     solve, known = (None, None) if table is None else _device_of(table, loaded, board)
     loaded = on_less(loaded)
     if pair is not None:
-        _tell_pair(loaded, pair, solve, (regularisation, press), figure, as_json=as_json)
+        tell_pair(loaded, pair, solve, (regularisation, press), figure, as_json=as_json)
         return
     drawn: dict[str, Any] = {"apart": None if apart is None else apart * MM, "sets": sets}
     drawn |= {"regularisation": regularisation, "newtons": press, "seed": seed}
@@ -200,69 +195,6 @@ def _as_built(board: Board, count: int, samples: int, drawn: dict[str, Any]) -> 
     samples = max(samples, 1)
     with progress_bar(f"sets of {count} fingers as built") as progress:
         return score_fingers_as_built(board, count, samples=samples, progress=progress, **drawn)
-
-
-def _pair(
-    board: Board, at: str | None, other: str | None, count: int, *, built: bool
-) -> FloatArray | None:
-    """Two fingers of the user's own, m; None where sets are to be drawn."""
-    say_mirrored(board)
-    if at is None and other is None:
-        return None
-    if at is None or other is None:
-        option = "--at" if at is None else "--other"
-        raise MissingError(option, "X,Y, the other of two fingers, mm")
-    for option, is_given in ((f"--fingers {count}", count != 2), ("--built", built)):
-        if is_given:
-            raise ConflictError(option, "--at", hint="leave --at and --other out to draw fingers")
-    places = parse_place(at, "--at"), parse_place(other, "--other")
-    for place, option in zip(places, ("--at", "--other"), strict=True):
-        check_target(board, place, option)
-    check_apart(*places, "--other", other)
-    return np.array(places) * MM
-
-
-def _tell_pair(
-    board: Board,
-    places: FloatArray,
-    played: Solve | None,
-    numbers: tuple[float | None, float],
-    figure: Path | None,
-    *,
-    as_json: bool,
-) -> None:
-    """`played`: by a device, if there is one; `numbers`: λ and newtons."""
-    with one_blas_thread():
-        solve = played or solver_of(board, responses_at(solved_board(board)), numbers[0])
-    play = fingers_play(board, places, solve(places), numbers[1])
-    if figure is not None:
-        from chladni.host.figures.two_fingers import two_fingers_figure  # noqa: PLC0415
-
-        write_figure(two_fingers_figure([play]), figure)
-    rows = [
-        {
-            "name": name,
-            "at_mm": list(place),
-            "isolation_db": float(play.isolation_db[own]),
-            "finger_um": float(um) if np.isfinite(um := play.finger_um[own]) else None,
-        }
-        for own, (name, place) in enumerate(zip("AB", play.places_mm, strict=True))
-    ]
-    told = [
-        f"{one['name']} plays: {other} gets {one['isolation_db']:z.0f} dB less{_weak(board, one)}"
-        for one, other in zip(rows, "BA", strict=True)
-    ]
-    result = {"verdict": ". ".join(told) + ".", "name": board.name, "newtons": numbers[1]}
-    title = f"{board.name}, {board.known_as}: two fingers{', by the pins' if played else ''}"
-    answer(result | {"fingers": rows}, as_json=as_json, title=title)
-
-
-def _weak(board: Board, one: dict[str, Any]) -> str:
-    """Where the finger that plays has less of its own than a resting one feels."""
-    um, least = one["finger_um"], threshold_um(board.drive.frequency_hz)
-    if um is None or least is None or um >= least:
-        return ""
-    return f" of {um:.2g} µm, which {one['name']} does not feel while it rests"
 
 
 def _check_for_device(regularisation: float | None, *, built: bool) -> None:

@@ -1,0 +1,1 @@
+"""The command that scores several fingers: drawn sets of them, or two of one's own."""
