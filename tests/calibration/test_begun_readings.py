@@ -15,6 +15,7 @@ from chladni.calibration import fit_board, hidden_plate
 from chladni.calibration.device_readings import REFERENCE, without_reference
 from chladni.calibration.fit import BoardFit
 from chladni.calibration.flux import motion_of
+from chladni.calibration.readings_file import load_readings
 from chladni.calibration.sensing import CoilReadings
 from chladni.host.device.device import Device
 from chladni.host.device.wires.wire import EmulatorWire
@@ -129,6 +130,8 @@ def test_what_was_begun_is_of_one_board_and_whole(board: Board, tmp_path: Path) 
     assert load_begun(path, board) == Begun()
     path.write_bytes(begun_file(Begun(seconds=2.0), board))
     assert load_begun(path, board).seconds == 2.0
+    with pytest.raises(InputError, match="readings that were begun"):
+        load_readings(path, board)
     thick = dataclasses.replace(board, plate=dataclasses.replace(board.plate, thickness=0.5e-3))
     with pytest.raises(InputError, match="readings of small that were begun"):
         load_begun(path, thick)

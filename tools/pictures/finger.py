@@ -55,7 +55,7 @@ def draw_finger(axes: Axes, at: tuple[float, float]) -> None:
 def draw_board_level(axes: Axes, board: Board, level: np.ndarray) -> None:
     """The board from above, in dB of what is under the finger."""
     half = [side / 2.0 / MM for side in board.plate.size]
-    image = draw_level(axes, board, level, QUIETEST_DB)
+    image = draw_level(axes, board, level, QUIETEST_DB, 0.0)
     assert board.magnet is not None
     for actuator in board.actuators:
         x, y = np.divide(actuator.at, MM)

@@ -17,6 +17,7 @@ from chladni.drives.scoring.tolerances import (
     SHEET_MODULUS,
     SHEET_THICKNESS,
     TRIES,
+    Drawn,
     with_feet,
     with_moved_coils,
     with_soft_screws,
@@ -27,6 +28,7 @@ from chladni.sim.board.catalogue import RUBBER
 from chladni.sim.board.foundation import Patch
 from chladni.sim.board.parts import Plate, Spring
 from chladni.sim.board.quantity import MM
+from chladni.sim.coil.full_drive import strengths
 from chladni.sim.errors import InputError
 
 FloatArray = NDArray[np.float64]
@@ -80,6 +82,10 @@ class HiddenPlate:
     def forces(self) -> FloatArray:
         """Of each coil at a duty, over the drawn one."""
         return np.asarray(self.strengths / self.ohms)
+
+    def on(self, known: Board) -> Drawn:
+        """What drives of a device meet that takes the board to be `known`: this plate."""
+        return Drawn(self.board, self.forces * strengths(self.board) / strengths(known))
 
     def ratios(self, drawn: Board) -> dict[str, float]:
         """What it really is over the drawn board, by the names of calibration's parameters.

@@ -17,7 +17,8 @@ from chladni.sim.board.board import Board
 from chladni.sim.errors import InputError
 from chladni.sim.files import read_text
 
-KIND = "chladni coil readings"
+KIND, BEGUN = "chladni coil readings", "chladni coil readings, begun"
+"""Of all coils, and of some, which host/measuring/begun.py keeps."""
 MOST_BYTES = 1_000_000
 """Sixteen coils take 150,000."""
 
@@ -60,6 +61,9 @@ def load_readings(path: Path, board: Board) -> CoilReadings:
             str(path), f"{error}", "JSON", hint="`chladni calibrate` writes it"
         ) from None
     if not isinstance(found, dict) or found.get("kind") != KIND:
+        if isinstance(found, dict) and found.get("kind") == BEGUN:
+            hint = "the same command with the device reads the coils that are missing"
+            raise InputError(str(path), "readings that were begun", "those of all coils", hint=hint)
         raise InputError(str(path), "another kind of file", f"{KIND!r} as its kind")
     if found.get("fingerprint") != f"{board.fingerprint():#018x}":
         given = f"readings of {found.get('board')}"

@@ -57,3 +57,5 @@ def test_two_fingers_on_a_board_that_lies_are_drawn_below_each_other() -> None:
     first, second = (axes.get_position() for axes in figure.axes[:2])
     assert first.y0 > second.y1
     assert first.width * figure.get_figwidth() > 5.0
+    # Each coil has a mark, with a ring around it.
+    assert [len(axes.lines) for axes in figure.axes[:2]] == [2 * len(lies.actuators)] * 2

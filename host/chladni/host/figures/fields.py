@@ -114,15 +114,16 @@ def pictures(board: Board, count: int) -> tuple[Figure, list[Axes]]:
 
 def explain_marks(
     figure: Figure | SubFigure,
-    board: Board,
-    *,
+    *boards: Board,
     target: bool = False,
     maximum: bool = False,
     second: bool = False,
 ) -> None:
-    """A legend of the marks on pictures of a board, below them."""
-    marks = [("o", "actuator", True), ("x", "screw", bool(board.screws)),
-             ("^", "foot", bool(board.springs or board.pins)), ("+", "target", target),
+    """A legend of the marks on pictures of boards, below them."""
+    screws = any(own.screws for own in boards)
+    feet = any(own.springs or own.pins for own in boards)
+    marks = [("o", "actuator", True), ("x", "screw", screws), ("^", "foot", feet),
+             ("+", "target", target),
              ("s", "maximum", maximum)]  # fmt: skip
     handles = [
         Line2D([], [], linestyle="", marker=mark, color=INK, label=label, markerfacecolor="none")
@@ -131,7 +132,7 @@ def explain_marks(
     ]
     if second:
         handles.append(Line2D([], [], linestyle="--", color=INK, label="loudest second finger"))
-    if board.winding is not None:
+    if any(own.winding is not None for own in boards):
         handles.append(Line2D([], [], linestyle=":", linewidth=0.8, color=INK, label="winding"))
     figure.legend(
         handles=handles, loc="outside lower center", ncols=len(handles), fontsize=8, frameon=False
@@ -181,15 +182,17 @@ def draw_board(
         mark.set(markerfacecolor="none", path_effects=rim)
 
 
-def draw_level(axes: Axes, board: Board, level_db: FloatArray, least_db: float) -> AxesImage:
-    """Levels re what moves most, from `least_db` to 0 dB."""
+def draw_level(
+    axes: Axes, board: Board, level_db: FloatArray, least_db: float, most_db: float
+) -> AxesImage:
+    """Levels from `least_db` to `most_db`."""
     image = axes.imshow(
         up_to_the_edge(board, level_db).T,
         origin="lower",
         extent=_extent(board),
         cmap="cividis",
         vmin=least_db,
-        vmax=0.0,
+        vmax=most_db,
         interpolation="bilinear",
     )
     clip_to_plate(axes, board, image)

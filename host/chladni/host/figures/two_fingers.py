@@ -27,7 +27,8 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.image.metrics import FINGERTIP_RADIUS
 
-QUIETEST_DB = -50.0
+QUIETEST_DB, LOUDEST_DB = -50.0, 10.0
+"""Of the playing finger's: elsewhere, as at an edge, a plate may move more."""
 NAMES = ("A", "B")
 MOST_INCHES, BETWEEN_INCHES = (3.4, 4.6), (0.5, 0.8)
 """Of a picture of a board, and what its axes and title take."""
@@ -50,8 +51,9 @@ def two_fingers_figure(plays: Sequence[FingersPlay]) -> Figure:
             image = _panel(axes, play, own)
             axes.set_title(_told(play, own), fontsize=9.5, color=INK)
     if image is not None:
-        bar = figure.colorbar(image, ax=panels, shrink=0.8)
+        bar = figure.colorbar(image, ax=panels, shrink=0.8, extend="both")
         bar.set_label("vibration / dB of the playing finger's", fontsize=9)
+        explain_marks(figure, *(own.board for own in plays))
     return figure
 
 
@@ -116,7 +118,8 @@ def _map(figure: Figure, axes: Axes, board: Board, two: CountScore, order: np.nd
 
 
 def _panel(axes: Axes, play: FingersPlay, own: int) -> AxesImage:
-    image = draw_level(axes, play.board, play.levels_db[own], QUIETEST_DB)
+    image = draw_level(axes, play.board, play.levels_db[own], QUIETEST_DB, LOUDEST_DB)
+    draw_board(axes, play.board, small=True)
     radius = FINGERTIP_RADIUS / MM
     for finger, (x, y) in enumerate(play.places_mm):
         colour = "#d55e00" if finger == own else "white"

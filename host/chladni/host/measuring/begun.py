@@ -12,12 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from chladni.calibration.device_readings import Heard
-from chladni.calibration.readings_file import MOST_BYTES
+from chladni.calibration.readings_file import BEGUN, MOST_BYTES
 from chladni.sim.board.board import Board
 from chladni.sim.errors import InputError
 from chladni.sim.files import read_text
 
-KIND = "chladni coil readings, begun"
 COUNTS = ("playing", "listening", "multiple", "values", "session")
 SIZES = ("duty", "real", "imag", "noise")
 
@@ -54,7 +53,7 @@ def begun_file(begun: Begun, board: Board) -> bytes:
         steps = row.pop("steps")
         heard.append(row | {"real": steps.real, "imag": steps.imag})
     levels = [[*key, level] for key, level in begun.levels.items()]
-    found = {"kind": KIND, "board": board.name, "fingerprint": f"{board.fingerprint():#018x}"}
+    found = {"kind": BEGUN, "board": board.name, "fingerprint": f"{board.fingerprint():#018x}"}
     told = {"seconds": begun.seconds, "levels": levels, "heard": heard}
     return json.dumps(found | told, indent=1).encode()
 
@@ -73,7 +72,7 @@ def load_begun(path: Path, board: Board) -> Begun:
         found: Any = json.loads(read_text(path, "readings", MOST_BYTES))
     except (ValueError, RecursionError):
         return Begun()
-    if not isinstance(found, dict) or found.get("kind") != KIND:
+    if not isinstance(found, dict) or found.get("kind") != BEGUN:
         return Begun()
     if found.get("fingerprint") != f"{board.fingerprint():#018x}":
         given, hint = f"readings of {found.get('board')} that were begun", "keep these elsewhere"

@@ -204,7 +204,7 @@ def _changes(board: Board, rng: np.random.Generator) -> Iterator[Change]:
         yield "Young's modulus", _percent(MODULUS), changed
     if plate.loss_factor > 0.0:
         for f in _ends(LOSS):
-            yield "loss factor", _percent(LOSS), of_plate(loss_factor=f * plate.loss_factor)
+            yield "sheet's loss factor", _percent(LOSS), of_plate(loss_factor=f * plate.loss_factor)
     yield from _support_changes(board)
     if magnet is not None:
         for f in _ends(MAGNET):

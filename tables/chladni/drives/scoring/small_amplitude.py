@@ -31,6 +31,8 @@ class SoftWave:
         From which duty on the current never stops.
     least_duty
         The lowest duty of the board's waves.
+    shortest_on_ns
+        A device's shortest pulse, as its `min_on_ns` is: that duty of a period, or the switch's.
     level_db_at_tenth
         Of the current's sine, against that without a diode.
     second_harmonic_at_tenth
@@ -39,6 +41,7 @@ class SoftWave:
 
     continuous_from_duty: float
     least_duty: float
+    shortest_on_ns: float
     level_db_at_tenth: float
     second_harmonic_at_tenth: float
 
@@ -111,4 +114,10 @@ def soft_wave(board: Board) -> SoftWave | BridgeWave | None:
     rest = least_duty(board)
     wave = current_wave(circuit, TENTH, TENTH + rest)
     level_db = metrics.decibel(wave.gain**2)
-    return SoftWave(circuit.continuous_from(), rest, level_db, wave.second)
+    return SoftWave(
+        continuous_from_duty=circuit.continuous_from(),
+        least_duty=rest,
+        shortest_on_ns=board.electronics.shortest_on_ns,
+        level_db_at_tenth=level_db,
+        second_harmonic_at_tenth=wave.second,
+    )

@@ -28,6 +28,8 @@ def named_plate(board: Board, asked: str | None) -> HiddenPlate | None:
         return None
     name, at, seed = asked.rpartition("@")
     if asked.endswith(".toml") and not at:
+        if not Path(asked).exists():
+            raise InputError("--hidden", f"no file {asked}", SHAPES)
         given = load_board(asked, "hidden")
         _check_alike(board, given, asked)
         return replace(given_plate(board, given), name=f"the plate of {Path(asked).name}")

@@ -129,6 +129,7 @@ WORDS = {
     "compensated": "drives compensate the finger's load",
     "continuous_from_duty": "duty from which a coil's current never stops",
     "least_duty": "lowest duty of a wave",
+    "shortest_on_ns": "shortest pulse, a device's min_on_ns, ns",
     "level_db_at_tenth": "level at a tenth of full amplitude, dB of what it should be",
     "lost_duty": "duty that a bridge loses of each pulse",
     "given_back_duty": "duty that the firmware gives back",

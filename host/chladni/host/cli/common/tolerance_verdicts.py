@@ -8,7 +8,7 @@ from chladni.calibration.hidden import FOAM_STIFFEST
 from chladni.drives.scoring.sensitivity import Influence
 
 FOAM = "foam's stiffness"
-TOLD_BY_COILS = (FOAM, "loss factor", "screws", "feet's stiffness", "coils' forces")
+TOLD_BY_COILS = (FOAM, "sheet's loss factor", "screws", "feet's stiffness", "coils' forces")
 """Parameters that `chladni calibrate` finds."""
 PLURAL = ("screws", "coils' forces")
 TOGETHER = "`chladni calibrate` does not: it tells thickness and modulus together."

@@ -10,6 +10,7 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
+from chladni.calibration.hidden import HiddenPlate
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS
@@ -29,6 +30,7 @@ from chladni.drives.scoring.several_fingers.kept_apart import KeptApart
 from chladni.drives.scoring.survey import SAMPLES
 from chladni.host.cli.common.drive_options import on_less
 from chladni.host.cli.common.finger_remarks import of_fingers, say_tones
+from chladni.host.cli.common.hidden_plates import named_plate
 from chladni.host.cli.common.options import (
     BoardArgument,
     FigureOption,
@@ -110,6 +112,14 @@ TableOption = Annotated[
 BuiltOption = Annotated[
     bool, typer.Option("--built", help="Also pressed, warm, under a film, on stiffer foam.")
 ]
+HiddenOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="[BOARD@]SEED",
+        help="Fingers are on the plate of `calibrate --board BOARD --hidden SEED`, or of a "
+        "FILE.toml.",
+    ),
+]
 AtOption = Annotated[
     str | None, typer.Option("--at", metavar="X,Y", help="Two fingers of your own: one, mm.")
 ]
@@ -130,6 +140,7 @@ def fingers(
     beside: BesideOption = 0.0,
     table: TableOption = None,
     built: BuiltOption = False,
+    hidden: HiddenOption = None,
     samples: SamplesOption = SAMPLES,
     perturbed: PerturbedOption = True,
     figure: FigureOption = None,
@@ -143,11 +154,11 @@ def fingers(
     """
     check_figure(figure)
     loaded = load_board(board)
+    _check_asked(hidden, table, regularisation, built=built, is_pair=at is not None)
     pair = own_pair(loaded, at, other, count or 2, built=built)
-    if table is not None:
-        _check_for_device(regularisation, built=built)
     solve, known = (None, None) if table is None else _device_of(table, loaded, board)
     loaded = on_less(loaded)
+    plate = named_plate(loaded, hidden)
     if pair is not None:
         tell_pair(loaded, pair, solve, (regularisation, press), figure, as_json=as_json)
         return
@@ -158,37 +169,48 @@ def fingers(
             loaded,
             _numbers(count, loaded, is_played=table is not None),
             beside=beside * MM,
-            samples=samples if perturbed else 0,
+            samples=samples if perturbed and plate is None else 0,
             solve=solve,
             plate=known,
             clicks=True,
+            on=None if plate is None else plate.on(loaded),
             progress=progress,
             **drawn,
         )
-    fields, is_played = solved_board(loaded).fields, table is not None
+    fields = solved_board(loaded).fields
     say_unmet(fields.error_estimate, fields.tolerance)
-    _draw(figure, loaded, score, is_played=is_played)
-    just_felt = threshold_um(loaded.drive.frequency_hz)
+    _draw(figure, loaded, score, is_played=table is not None)
     counts = [_as_keys(own) for own in score.counts]
     for keys in counts if built else ():
         found = _as_built(loaded, keys["fingers"], samples, drawn)
         keys["built"] = asdict(found) if as_json else _in_short(found)
     result: dict[str, Any] = {
-        "verdict": " ".join(of_fingers(own, score.apart_mm, just_felt) for own in score.counts),
+        "verdict": _verdict(loaded, score),
         "name": loaded.name,
         "apart_mm": score.apart_mm,
         "newtons": press,
         "beside_mm": beside,
         "lambda": regularisation,
         "table": None if table is None else str(table),
+        "hidden": hidden,
         "seed": seed,
         "seconds": score.seconds,
     }
     result |= {"counts": counts} if as_json else _by_number(counts)
-    title = f"{loaded.name}, {loaded.known_as}: several fingers{', by the pins' * is_played}"
-    answer(result, as_json=as_json, title=title)
+    answer(result, as_json=as_json, title=_title(loaded, plate, table))
     if not as_json:
         say_tones(board, loaded, table, clicks=True)
+
+
+def _title(board: Board, plate: HiddenPlate | None, table: Path | None) -> str:
+    where = f", on {plate.name}" if plate else ""
+    by_pins = ", by the pins" if table else ""
+    return f"{board.name}, {board.known_as}{where}: several fingers{by_pins}"
+
+
+def _verdict(board: Board, score: FingersScore) -> str:
+    just_felt = threshold_um(board.drive.frequency_hz)
+    return " ".join(of_fingers(own, score.apart_mm, just_felt) for own in score.counts)
 
 
 def _as_built(board: Board, count: int, samples: int, drawn: dict[str, Any]) -> FingersAsBuilt:
@@ -197,10 +219,23 @@ def _as_built(board: Board, count: int, samples: int, drawn: dict[str, Any]) -> 
         return score_fingers_as_built(board, count, samples=samples, progress=progress, **drawn)
 
 
-def _check_for_device(regularisation: float | None, *, built: bool) -> None:
-    if regularisation is not None:
+def _check_asked(
+    hidden: str | None,
+    table: Path | None,
+    regularisation: float | None,
+    *,
+    built: bool,
+    is_pair: bool,
+) -> None:
+    """Raise `ConflictError` for what does not go together."""
+    if hidden is not None and built:
+        raise ConflictError("--built", "--hidden", hint="that plate is what was built")
+    if hidden is not None and is_pair:
+        hint = "`chladni play EFFECT --at … --other … --emulator --hidden …` plays two there"
+        raise ConflictError("--at", "--hidden", hint=hint)
+    if table is not None and regularisation is not None:
         raise ConflictError("--lambda", "--table", hint="a device chooses it for each finger")
-    if built:
+    if table is not None and built:
         raise ConflictError("--built", "--table", hint="drives that know a film come of its board")
 
 

@@ -176,5 +176,8 @@ def finger_sets(
                 break
         else:
             expected = f"less: {count} fingers have no room on this board"
-            raise ArgumentError("apart", f"{apart / MM:g} mm", expected)
+            across = (
+                f"its active area is {np.hypot(*(high - low)) / MM:.0f} mm from corner to corner"
+            )
+            raise ArgumentError("apart", f"{apart / MM:g} mm", expected, hint=across)
     return found

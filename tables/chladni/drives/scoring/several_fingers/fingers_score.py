@@ -36,7 +36,7 @@ from chladni.drives.scoring.several_fingers.kept_apart import (
     rows_of,
 )
 from chladni.drives.scoring.survey import SAMPLES
-from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, drawn_boards
+from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, Drawn, drawn_boards
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.coil.full_drive import full_newtons
@@ -109,6 +109,7 @@ def score_fingers(
     plate: KnownPlate | None = None,
     solve: Solve | None = None,
     clicks: bool = False,
+    on: Drawn | None = None,
     progress: Progress | None = None,
 ) -> FingersScore:
     """Score a board with several fingers on it.
@@ -136,6 +137,9 @@ def score_fingers(
         (fingers, 2), m, drives of shape (fingers, actuators), of any common scale.
     clicks
         Tell what a click keeps, too (`CLICK_HZ`), by drives of the plate with real gains.
+    on
+        The board that there is, of which drives know nothing; `board` itself if left out. Takes
+        `samples` of 0.
     progress
         Called with (done, all) of the sets.
 
@@ -166,6 +170,8 @@ def score_fingers(
         for group in groups
     ]
     everything, forces = slice(None), np.ones(len(board.actuators))
+    if on is not None:
+        solved, forces = solved_board(on.board), on.forces
     with one_blas_thread():
         found = [_got(board, solved, own, everything, forces, newtons, counter) for own in drawn]
         off = _perturbed(board, drawn, newtons, samples, seed, counter)

@@ -1,0 +1,54 @@
+"""Fingers of a board as it is known, on the plate that there is: `fingers --hidden`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calibration.small_board import small_board
+from chladni.calibration import Truth, hidden_plate
+from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
+from conftest import CommandLine
+
+SEED = 8
+SETS = 6
+
+
+@pytest.mark.parametrize("is_known", [False, True], ids=["as drawn", "as it is"])
+def test_drives_meet_the_plate_as_calibrations_scores_have_it(is_known: bool) -> None:
+    """Two ways to the same numbers; half of the coils are reversed, which one device knows."""
+    board = small_board()
+    hidden = hidden_plate(board, SEED)
+    hidden.strengths[::2] *= -1.0
+    truth = Truth.of(hidden, board, SETS)
+    known = truth.perfectly_known() if is_known else board
+    (two,) = score_fingers(known, (2,), sets=SETS, samples=0, on=hidden.on(known)).counts
+    rows = truth.rows(known)
+    # Fields are solved to 60 dB, once more or less: of an isolation of 40 a tenth, 0.9 dB.
+    np.testing.assert_allclose(two.rows[:, 0], rows.fingers_2_db, atol=1.0)
+    np.testing.assert_allclose(two.rows[:, 2], rows.fingers_um, rtol=0.02)
+
+
+def test_the_command_names_the_plate_and_refuses_what_needs_another(
+    chladni: CommandLine, tmp_path: Path
+) -> None:
+    few = ("--fingers", "2", "--sets", "2", "--json")
+    drawn = chladni("fingers", "strip5", *few, "--no-perturbed").json
+    on = chladni("fingers", "strip5", *few, "--hidden", "3").json
+    assert drawn["hidden"] is None
+    assert on["hidden"] == "3"
+    assert on["counts"][0]["perturbed"] is None
+    kept = [own["counts"][0]["isolation_db"]["median"] for own in (drawn, on)]
+    assert kept[1] < kept[0] - 3.0
+    for more, named in (
+        (("--built",), "--built does not go with --hidden"),
+        (("--at", "0,0", "--other", "20,0"), "--at does not go with --hidden"),
+    ):
+        refused = chladni("fingers", "strip5", *few, "--hidden", "3", *more)
+        assert refused.code == 2
+        assert named in refused.err
+    lost = chladni("fingers", "strip5", *few, "--hidden", tmp_path / "lost.toml")
+    assert lost.code == 2
+    assert "SEED, BOARD@SEED or FILE.toml" in lost.err
