@@ -12,17 +12,18 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from chladni.calibration import BoardFit, Truth, fit_board, hidden_plate
-from chladni.calibration.hearing import fit_sound
+from chladni.calibration import Truth, fit_board, hidden_plate
+from chladni.calibration.hearing import Heard, fit_sound
 from chladni.calibration.hidden import HiddenPlate
-from chladni.calibration.laboratory.fields_fit import fit_fields
+from chladni.calibration.laboratory.fields_fit import FieldsFit, fit_fields
 from chladni.calibration.laboratory.measured_fields import joined
-from chladni.calibration.parameters import INTERVAL
+from chladni.calibration.parameters import INTERVAL, Parameter
 from chladni.calibration.recorder import record_hidden
 from chladni.calibration.sweep import heard_coils
 from chladni.host.device.device import Device
@@ -48,13 +49,14 @@ def calibrated(name: str, seed: int, way: str) -> dict[str, Any]:
     try:
         if way == "coils":
             return row | _by_coils(board, hidden)
-        known = _shaken(board, hidden) if way == "accelerometer" else _heard(board, hidden)
-        return row | _restored(board, hidden, known)
+        found = _shaken(board, hidden) if way == "accelerometer" else _heard(board, hidden)
+        row |= {"intervals": _intervals(hidden.ratios(board), found.parameters)}
+        return row | _restored(board, hidden, found.board)
     except InputError as error:
         return row | {"refused": str(error)}
 
 
-def _shaken(board: Board, hidden: HiddenPlate) -> Board:
+def _shaken(board: Board, hidden: HiddenPlate) -> FieldsFit:
     """With a sensor on each coil."""
     emulator = emulator_on(board, hidden, listens=False)
     standing = ShakenPlate(hidden, Sensor(SENSOR_KG), [own.at for own in board.actuators])
@@ -63,12 +65,12 @@ def _shaken(board: Board, hidden: HiddenPlate) -> Board:
         for number, own in enumerate(board.actuators):
             standing.stand(emulator, number)
             parts.append(read_motions(device, board, own.at, SENSOR_KG))
-    return fit_fields(board, joined(parts)).board
+    return fit_fields(board, joined(parts))
 
 
-def _heard(board: Board, hidden: HiddenPlate) -> Board:
+def _heard(board: Board, hidden: HiddenPlate) -> Heard:
     sweeps = heard_coils(*record_hidden(hidden), len(board.actuators))
-    return fit_sound(board, sweeps).board
+    return fit_sound(board, sweeps)
 
 
 def _restored(board: Board, hidden: HiddenPlate, found: Board) -> dict[str, Any]:
@@ -93,16 +95,16 @@ def _by_coils(board: Board, hidden: HiddenPlate) -> dict[str, Any]:
         "force_off": float(np.sqrt(np.mean(off**2))),
         "left": found.left,
         "steps": found.steps,
-        "intervals": _intervals(hidden.ratios(board), found),
+        "intervals": _intervals(hidden.ratios(board), found.parameters),
         "device_s": readings.seconds,
     }
 
 
-def _intervals(ratios: dict[str, float], found: BoardFit) -> dict[str, list[float]]:
+def _intervals(ratios: dict[str, float], found: Sequence[Parameter]) -> dict[str, list[float]]:
     """The truth of each value that is told over what was found, and its 95 % interval over it."""
     return {
         own.name: [each / own.value for each in (ratios[own.name], own.low, own.high)]
-        for own in found.parameters
+        for own in found
         if own.told
     }
 
@@ -162,18 +164,17 @@ def main() -> None:
             for key in ("before", "after", "perfect")
         ]
         print(f"| `{name}`, {by} | {len(own)} | {' | '.join(cells)} |")
-        level = np.concatenate([np.array(row["after"]["level_db"]) for row in done])
+        off = np.abs(np.concatenate([np.array(row["after"]["level_db"]) for row in done]))
+        level = " / ".join(f"{own:.2f}" for own in np.percentile(off, (50.0, 90.0)))
+        print(f"  refused {len(own) - len(done)}, level off {level} dB")
+        print(f"  intervals that hold, and RMS off in deviations: {_interval_rows(done)}")
         if by != WAYS[0]:
-            off = np.percentile(np.abs(level), (50.0, 90.0))
-            print(f"  refused {len(own) - len(done)}, level off {off[0]:.2f} / {off[1]:.2f} dB")
             continue
         print(
-            f"  refused {len(own) - len(done)}, wiring right {sum(row['wiring'] for row in done)}, "
+            f"  wiring right {sum(row['wiring'] for row in done)}, "
             f"with faults {sum(row['faults'] > 0 for row in done)}, "
             f"forces off {100 * np.median([row['force_off'] for row in done]):.1f} %, "
-            f"level off {np.percentile(np.abs(level), 90):.2f} dB at 90 %, "
-            f"plates solved {np.median([row['steps'] for row in done]):.0f}\n"
-            f"  intervals that hold, and RMS of what is off, deviations: {_interval_rows(done)}"
+            f"plates solved {np.median([row['steps'] for row in done]):.0f}"
         )
 
 
