@@ -115,6 +115,8 @@ def _interval_rows(rows: list[dict[str, Any]]) -> str:
     for row in rows:
         for name, own in row["intervals"].items():
             by_name.setdefault("each foot" if name.startswith("foot") else name, []).append(own)
+    if not by_name:
+        return "none is told"
     every = {"all": [own for parts in by_name.values() for own in parts], **by_name}
     parts = []
     for name, own in every.items():
