@@ -269,7 +269,8 @@ bool TouchPlayback::play_voices(Synthesis& synthesis, const Table& table, const 
   if (!are_all_ready(table)) return false;
   begin_envelopes(table, now_us);
   const Line common = common_line(now_us);
-  const uint32_t ramp_us = brings_bias(config, table) ? bias_ramp_us(config) : common.ramp_us;
+  const bool is_smooth = brings_bias(config, table);
+  const uint32_t ramp_us = is_smooth ? bias_ramp_us(config) : common.ramp_us;
   const uint32_t end_us = now_us + ramp_us;
   uint32_t begun = 0;
   goes_on_ = false;
@@ -291,7 +292,7 @@ bool TouchPlayback::play_voices(Synthesis& synthesis, const Table& table, const 
     goes_on_ = goes_on_ || (!is_lifted_ && finger.envelope.is_on_a_line(end_us));
   }
   line_end_us_ = end_us;
-  if (!synthesis.play_voices(voices, {32767, ramp_us, is_starting()})) return false;
+  if (!synthesis.play_voices(voices, {32767, ramp_us, is_starting(), is_smooth})) return false;
   for (uint32_t s = 0; s < kMaxFingers; ++s) {
     if ((begun >> s & 1U) != 0) fingers_[s].has_begun = true;
   }

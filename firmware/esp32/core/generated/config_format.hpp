@@ -56,7 +56,7 @@ struct Config {
   uint16_t driver = 0;  // 0 switch, 1 bridge.
   uint16_t lost_ns = 0;  // What a bridge loses of each pulse.
   std::array<uint8_t, 16> sign_pins = {255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255};  // GPIO numbers, 0 to 31, of a bridge's directions.
-  uint16_t bias_ramp_ms = 20;  // In which a switch's bias comes up beside a finger that rests; 0 is the default.
+  uint16_t bias_ramp_ms = 40;  // In which a switch's bias comes up beside a finger that rests; 0 is the default.
   uint16_t full_force_mn = 0;  // Peak force of a coil at the loudest; 0: unknown, and so are micrometres.
   uint8_t sense_pin = 255;  // GPIO where coils are listened to.
 };

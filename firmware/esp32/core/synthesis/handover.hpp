@@ -46,6 +46,15 @@ struct RampRate {
   [[gnu::always_inline]] int32_t step(int32_t from, int32_t to) const {
     return (((to >> 1) - (from >> 1)) >> 15) * factor >> shift;
   }
+
+  // What is left of a way that begins and ends slowly, in samples of one that does not: 3p² − 2p³
+  // of all of them, where p of them are left.
+  [[gnu::always_inline]] int32_t smooth(int32_t left) const {
+    const uint32_t p_q15 =
+        static_cast<uint32_t>(left) * static_cast<uint32_t>(factor) >> shift >> 1;
+    const uint32_t share_q15 = ((p_q15 * p_q15 >> 15) * (98304U - 2U * p_q15)) >> 15;
+    return static_cast<int32_t>(static_cast<uint32_t>(samples) * share_q15 >> 15);
+  }
 };
 
 // Of fingers that each have a signal of their own.
@@ -64,6 +73,7 @@ struct Command {
 
   Kind kind;
   bool starts_touch;
+  bool is_smooth;  // biases begin and end slowly
   Waveform waveform;
   RampRate rate;
   uint32_t voices;          // that sound, a bit each from the first on

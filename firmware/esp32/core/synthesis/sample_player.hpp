@@ -114,7 +114,9 @@ class SamplePlayer {
   // In the settings' ramp, if outputs would be on for longer.
   void fade_soon(FadeCause cause);
   void go_off();
-  void aim(Channel& channel, int32_t first, int32_t second, int32_t bias);
+  void aim(Channel& channel, int32_t first, int32_t second, int32_t bias, int32_t bias_left);
+  // Samples that are left of a ramp, as its biases go.
+  int32_t bias_left() const { return is_smooth_ ? rate_.smooth(ramp_left_) : ramp_left_; }
   void catch_up(uint32_t missed);
   // The one meter: a duty has stood on its pin for so many samples. Called where the next one takes
   // its place; `duties_` is what the pins have, since what was not taken is put back there.
@@ -240,7 +242,8 @@ class SamplePlayer {
   // Of the first voice.
   bool has_first_ = false;
   bool has_signal_ = false;
-  bool waits_ = false;  // for the bias
+  bool waits_ = false;      // for the bias
+  bool is_smooth_ = false;  // its ramp
   FurtherVoices further_{};
   // What further voices give each channel in a sample; 0 between samples.
   std::array<int32_t, kMaxChannels> further_sums_{};

@@ -128,6 +128,7 @@ Command& Synthesis::next_command(Kind kind, bool starts_touch, uint32_t ramp_us)
   Command& command = handover().command;
   command.kind = kind;
   command.starts_touch = starts_touch;
+  command.is_smooth = false;
   command.rate = ramp_rate(ramp_us);
   if (output() == Output::kOff) command.voices = 0;
   return command;

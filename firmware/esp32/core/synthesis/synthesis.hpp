@@ -37,6 +37,8 @@ struct PlayOptions {
   uint32_t level_q15;  // loudness, 0 to 32767
   uint32_t ramp_us;    // time to get there
   bool starts_touch;   // starts the on-time again; else a move within a touch, void once that ended
+  // Switches' biases begin and end slowly. For what waits for them: no wave may need them sooner.
+  bool is_smooth = false;
 };
 
 // Largest amplitude in duty steps. Two steps above and below are the shaper's own.

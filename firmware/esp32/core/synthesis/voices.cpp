@@ -90,6 +90,7 @@ bool Synthesis::play_voices(const Voices& voices, const PlayOptions& options) {
     return play(first.drive, {first.level_q15, options.ramp_us, options.starts_touch});
   }
   Command& command = next_command(Command::Kind::kDrive, options.starts_touch, options.ramp_us);
+  command.is_smooth = options.is_smooth;
   command.waveform = waveform;
   begin_voices(voices, command);
   Levels levels{};

@@ -28,7 +28,7 @@ from chladni.host.emulation.felt_over_time import (
     places_away,
     rms,
 )
-from chladni.host.emulation.recorded_effect import recorded_effect
+from chladni.host.emulation.recorded_effect import biases_of, recorded_effect
 from chladni.host.protocol.config import BIAS_RAMP_MS
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
@@ -78,7 +78,8 @@ class PlayedEffect:
         of a bank's noise, which the device draws itself: `asked` is another one.
     isolation_db
         Largest RMS over the own disc while the effect plays, over the largest over the other's at
-        any time, a switch's bias too, above 40 Hz.
+        any time, a switch's bias too, above 40 Hz. Not where both press at once: the other finger
+        has a bias of its own then.
     rested
         The finger had rested when its effect began.
     second_finger_20mm_um, second_finger_20mm_db, second_finger_20mm_at_mm
@@ -198,7 +199,9 @@ def play_effect(
     first_s = _begins_s(forces[first:], rested=rests_s > 0.0)
     disc = plate.felt_um(forces, 0)[:, first:]
     own = disc.mean(axis=0)
-    other = None if other_mm is None else rms(plate.felt_um(forces, 1)[:, first:])
+    biases = biases_of(board, table, bank, flat, at_mm, other_mm if other_plays else None)
+    passed_on = forces - (0.0 if biases is None else _newtons(board, hidden, biases))
+    other = None if other_mm is None else rms(plate.felt_um(passed_on, 1)[:, first:])
     other_um = None if other is None else float(other.max())
     latest_s, sent = first_s + bias_s + LATEST_S, asked_samples if bank else flat
     asked, playing = _aligned(level * asked_samples, sent, forces[first:], latest_s)

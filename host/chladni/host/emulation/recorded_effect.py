@@ -16,7 +16,9 @@ from chladni.effects.effect import Curve, Effect, Tone
 from chladni.host.emulation._emulator import area_at
 from chladni.host.emulation.emulator import Emulator, Recording, TouchEvent
 from chladni.host.protocol.link import SIGNAL_SAMPLES
+from chladni.sim.board.board import Board
 from chladni.sim.errors import ArgumentError, ChladniError, ConflictError
+from chladni.tables.table import Table
 
 FloatArray = NDArray[np.float64]
 
@@ -114,6 +116,28 @@ def effect_of_bank(bank: bytes, at_mm: tuple[float, float]) -> tuple[str, Effect
     return area.name, known.effects[area.effects[_occasion(area, at_mm)]], level_of(area.level_db)
 
 
+def biases_of(
+    board: Board,
+    table: Table,
+    bank: bytes | None,
+    samples: FloatArray,
+    at_mm: tuple[float, float],
+    other_mm: tuple[float, float] | None,
+) -> Recording | None:
+    """The pins where two fingers press and both effects are silent: switches' biases are left.
+
+    As of `recorded_effect`, with a `bank` that is `silent_at` the other finger; None without it,
+    or where no other presses.
+    """
+    if not bank or other_mm is None:
+        return None
+    emulator = Emulator(board, table, level=1.0, bank=silent_at(bank, at_mm, other_mm))
+    recording, _, _ = recorded_effect(
+        emulator, samples, at_mm, other_mm, None, other_plays=True, rests_s=0.0
+    )
+    return recording
+
+
 def silent_at(bank: bytes, at_mm: tuple[float, float], kept_mm: tuple[float, float]) -> bytes:
     """A bank where a press at one place lasts as long as ever, and is silent.
 
@@ -145,7 +169,8 @@ def silent_at(bank: bytes, at_mm: tuple[float, float], kept_mm: tuple[float, flo
 def _area_of(known: Bank, bank: bytes, at_mm: tuple[float, float]) -> Area:
     number = area_at(bank, *(round(1e3 * at) for at in at_mm))
     if number >= len(known.areas):
-        raise ArgumentError("at", at_mm, f"a place in one of the areas of {known.name}")
+        names = ", ".join(own.name for own in known.areas)
+        raise ArgumentError("at", at_mm, f"a place in one of the areas of {known.name}: {names}")
     return known.areas[number]
 
 

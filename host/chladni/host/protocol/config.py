@@ -29,7 +29,7 @@ MOVES = ("follow", "stay")
 
 TIMER_HZ = int(CLOCK_HZ)
 """Clock of the LEDC's timers, on either chip."""
-BIAS_RAMP_MS = 20
+BIAS_RAMP_MS = 40
 """Beside a finger that rests, a click on `prototype` is 23 dB weaker with it, and 14 in the table's
 4 ms (simulated)."""
 ID_BYTES = 8 + BOARD_NAME_BYTES

@@ -88,6 +88,7 @@ def play_emulated_bank(
     how = setup.solved() | _asked(setup, places) | {"newtons": newtons}
     found = [one.played(setup, how) for one in presses]
     say_unflattened(found)
+    say_bias(found, setup.board)
     levels_um = {area.name: area.level_um for area in unpack_bank(bank).areas}
     say_less_than_asked(found, [levels_um[str(one.area)] for one in presses], OF_AREA)
     _draw(figure, found, presses, setup)

@@ -235,9 +235,14 @@ def _check_emulated(
     """Refuse what only an emulated device has."""
     if rested and (effect is None or not connection.emulator):
         own = "--bank" if effect is None else "--port or --udp"
-        raise ConflictError("--rested", own, hint="it is for an effect that is sent to --emulator")
+        hint = "it is for an effect that is sent to --emulator"
+        if effect is None:
+            hint = "a bank's press comes with its touch; EFFECT plays where a finger has rested"
+        raise ConflictError("--rested", own, hint=hint)
     if effect is None and not connection.emulator:
-        hint = "`chladni effects flash` gives a device its bank, and fingers play it"
+        hint = (
+            "`chladni effects flash` gives a device its bank, and `chladni device touch` plays it"
+        )
         raise ConflictError("--bank", "--port or --udp", hint=hint)
     if hidden is not None and not connection.emulator:
         raise ConflictError("--hidden", "--port or --udp", hint="a real device has its own plate")

@@ -24,8 +24,7 @@ def of_effect(played: PlayedEffect) -> str:
     own = f"The finger gets {played.peak_um:.2g} µm at most"
     other, least, off_db = played.other_peak_um, played.just_felt_um, played.envelope_error_db
     if other is not None and played.isolation_db is not None:
-        feels = "feels" if least is not None and other > least else "does not feel"
-        own += f", the other {decibels_less(played.isolation_db)}, which a resting finger {feels}"
+        own += f", the other {decibels_less(played.isolation_db)}{_felt(other, least)}"
     if played.second_finger_20mm_db is not None:
         own += (
             ", another 20 mm away or farther, of which the device knows nothing, up to "
@@ -36,6 +35,11 @@ def of_effect(played: PlayedEffect) -> str:
     if played.bias_um is not None and played.bias_um > BIAS_SHARE * played.peak_um:
         own += f". Its switches' bias moves the finger by {played.bias_um:.2g} µm before and after"
     return f"{own}."
+
+
+def _felt(um: float, least_um: float | None) -> str:
+    feels = "feels" if least_um is not None and um > least_um else "does not feel"
+    return f", which a resting finger {feels}"
 
 
 def decibels_less(db: float) -> str:
@@ -56,12 +60,12 @@ def of_two_effects(effects: Sequence[str], played: Sequence[PlayedEffect]) -> st
     told = []
     for own, other, db in zip((0, 1), (1, 0), over_other_effect_db(played), strict=True):
         um, by_other = played[own].peak_um, played[other].other_peak_um or 0.0
-        others = f"{'AB'[other]}'s {effects[other]}"
+        others = f"{'AB'[other]}'s {effects[other]}{_felt(by_other, played[own].just_felt_um)}"
         sentence = f"{'AB'[own]} gets {um:.2g} µm of its {effects[own]}"
         if db >= 0.0:
             sentence += f", {db:.0f} dB more than it gets of {others}"
         else:
-            sentence += f", and {by_other:.2g} µm of {others}, {-db:.0f} dB more"
+            sentence += f", and {-db:.0f} dB more, {by_other:.2g} µm, of {others}"
         if db < OWN_STANDS_OUT_DB and played[other].peak_um > LOUDER * um:
             sentence += f": `--level-um {um:.2g}` makes both effects alike"
         told.append(f"{sentence}.")
