@@ -40,6 +40,7 @@ def test_the_command_names_the_plate_and_refuses_what_needs_another(
     assert drawn["hidden"] is None
     assert on["hidden"] == "3"
     assert on["counts"][0]["perturbed"] is None
+    assert on["verdict"].startswith("On plate 3: Two fingers")
     kept = [own["counts"][0]["isolation_db"]["median"] for own in (drawn, on)]
     assert kept[1] < kept[0] - 3.0
     for more, named in (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
 import pytest
@@ -74,6 +75,17 @@ def test_counts_and_sizes_are_the_board_file_s() -> None:
     assert parts["coil"].value == "13.1 Ω, 300 turns of 0.1 mm copper, ⌀3 to ⌀10 × 1.5 mm"
     # 6.13 m of wire of 0.00785 mm².
     assert parts["coil"].mass_g == pytest.approx(8.96 * 6.126 * 0.00785398, rel=1e-3)
+
+
+def test_a_ground_plate_reaches_beyond_the_holes_of_coils_at_an_edge() -> None:
+    """A coil 3 mm from the edge has a hole of 5 mm radius, beside which something must be left."""
+    board = load_board("pad16")
+    first, *others = board.actuators
+    board = replace(board, actuators=(replace(first, at=(-22e-3, first.at[1])), *others))
+    ground = next(part for part in board_parts(board) if part.part == "ground plate")
+    told = re.match(r"rigid, ([\d.]+) × 50 mm or more", ground.value)
+    assert told
+    assert float(told[1]) > 2.0 * (22.0 + 5.0)
 
 
 def test_a_film_and_feet_are_listed_with_their_sizes(prototype: Board) -> None:

@@ -7,6 +7,8 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from chladni.host.manufacture.wiring.part import Part
 from chladni.host.manufacture.wiring.parts import parts_list
 from chladni.sim.board.board import Board
@@ -15,6 +17,8 @@ from chladni.sim.board.foundation import MATERIALS, Foundation
 from chladni.sim.board.parts import Plate, Spring
 from chladni.sim.board.quantity import MM
 
+RIM = 1.5e-3
+"""m of a ground plate that is left beside a coil's hole."""
 GRADES = {
     "N35": 1.17, "N38": 1.22, "N40": 1.25, "N42": 1.28, "N45": 1.32, "N48": 1.38, "N50": 1.40,
     "N52": 1.43,
@@ -171,9 +175,11 @@ def _ground(board: Board) -> list[Part]:
     """What foam and feet stand on, and coils with them."""
     if not (board.foundation or board.springs):
         return []
-    sides = " × ".join(f"{side / MM:g}" for side in board.plate.size)
-    deep = ground_holes_mm(board)
-    what = f"rigid, {sides} mm or more"
+    deep, sizes = ground_holes_mm(board), np.array(board.plate.size)
+    if deep and board.winding:
+        reach = np.abs([own.at for own in board.actuators]).max(axis=0) + board.winding.outer / 2.0
+        sizes = np.maximum(sizes, 2.0 * (reach + RIM))
+    what = f"rigid, {' × '.join(f'{np.ceil(side / MM):g}' for side in sizes)} mm or more"
     if deep and board.winding:
         wide = board.winding.outer / MM
         what += f"; {len(board.actuators)} holes wider than ⌀{wide:g}, {deep:g} mm deep"

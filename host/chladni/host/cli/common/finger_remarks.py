@@ -98,12 +98,19 @@ def _ramp(board: Board) -> str:
     )
 
 
-def say_tones(named: str, board: Board, table: Path | None = None, *, clicks: bool = False) -> None:
+def say_tones(
+    named: str,
+    board: Board,
+    table: Path | None = None,
+    *,
+    hidden: str | None = None,
+    clicks: bool = False,
+) -> None:
     """After what steady tones keep, and maybe reckoned clicks: what effects keep by the pins.
 
     Tones are of fingers that have rested, which matters where a switch's bias comes up.
     """
-    play = f"--emulator --board {named}"
+    play = f"--emulator --board {named}{f' --hidden {hidden}' if hidden else ''}"
     if not board.is_for_several:
         adds = f"; the bias of switches adds to that{_ramp(board)}"
         bias = "" if board.electronics.is_bridge else adds
@@ -141,11 +148,11 @@ def of_fingers(score: CountScore, apart_mm: float, just_felt_um: float | None) -
     kept += of_click(score.click_db)
     within = "" if off is None else f", {_percent(off.unfelt)} within tolerances"
     weak = float(np.mean(score.rows[:, 2] < (just_felt_um or 0.0)))
-    own = f", too little to be felt by {_percent(weak)} of them while they rest" if weak else ""
+    own = f", and {_percent(weak)} of them do not feel their own" if weak else ""
     return (
-        f"{begin} each gets {score.finger_um.median:.2g} µm of its own{own}"
+        f"{begin} each gets {score.finger_um.median:.2g} µm of its own"
         f"{kept if score.fingers > 1 else ''}; {_percent(score.unfelt)} of fingers, while they "
-        f"rest, do not feel the others' signals{within}"
+        f"rest, do not feel the others' signals{within}{own}"
     )
 
 

@@ -131,13 +131,14 @@ def play_drawn(
         known | rows | {"rested": _rested(found[0][0])}
     )
     answer(rows, as_json=as_json, title=setup.played_on)
-    if pairs and names == ["click"] and hidden is None:
+    if pairs and names == ["click"]:
         bends = found[0][0].bias_um is not None and not how["rested"]
         touched = ", and have rested, which these have not" if bends else ""
+        on = f" --hidden {hidden}" if hidden else ""
         say(
             f"`chladni fingers {connection.emulated_board} --fingers 2 --sets {count} --apart "
-            f"{apart / MM:g}` reckons the shipped click of these pairs, at the median up to 4 dB "
-            "off what pins keep, at the worst tenth up to 6: both fingers of each count there"
+            f"{apart / MM:g}{on}` reckons the shipped click of these pairs, at the median up to "
+            "4 dB off what pins keep, at the worst tenth up to 6: both fingers of each count there"
             f"{touched}"
         )
     if count < asked:
@@ -214,7 +215,8 @@ def _worst(drawn: Drawn, levels: Sequence[float], *, as_json: bool) -> dict[str,
     press = drawn[int(np.argmin(levels))][0]
     places = [press.at_mm, *([press.other_mm] if press.other_mm else [])]
     told = " and ".join("{:.1f}, {:.1f}".format(*place) for place in places)
-    return {"worst_at_mm": [list(place) for place in places] if as_json else f"{told} mm"}
+    at = [list(place) for place in places] if as_json else f"{told} mm: {min(levels):.1f} dB"
+    return {"worst_at_mm": at}
 
 
 def _of_unknown(drawn: Drawn, found: Found, _: Sequence[str], *, as_json: bool) -> dict[str, Any]:

@@ -117,7 +117,7 @@ HiddenOption = Annotated[
     typer.Option(
         metavar="[BOARD@]SEED",
         help="Fingers are on the plate of `calibrate --board BOARD --hidden SEED`, or of a "
-        "FILE.toml.",
+        "FILE.toml; no boards within tolerances are scored beside it.",
     ),
 ]
 AtOption = Annotated[
@@ -179,13 +179,13 @@ def fingers(
         )
     fields = solved_board(loaded).fields
     say_unmet(fields.error_estimate, fields.tolerance)
-    _draw(figure, loaded, score, is_played=table is not None)
+    _draw(figure, loaded, score, is_played=table is not None, plate=plate)
     counts = [_as_keys(own) for own in score.counts]
     for keys in counts if built else ():
         found = _as_built(loaded, keys["fingers"], samples, drawn)
         keys["built"] = asdict(found) if as_json else _in_short(found)
     result: dict[str, Any] = {
-        "verdict": _verdict(loaded, score),
+        "verdict": _verdict(loaded, score, plate),
         "name": loaded.name,
         "apart_mm": score.apart_mm,
         "newtons": press,
@@ -199,7 +199,7 @@ def fingers(
     result |= {"counts": counts} if as_json else _by_number(counts)
     answer(result, as_json=as_json, title=_title(loaded, plate, table))
     if not as_json:
-        say_tones(board, loaded, table, clicks=True)
+        say_tones(board, loaded, table, hidden=hidden, clicks=True)
 
 
 def _title(board: Board, plate: HiddenPlate | None, table: Path | None) -> str:
@@ -208,9 +208,10 @@ def _title(board: Board, plate: HiddenPlate | None, table: Path | None) -> str:
     return f"{board.name}, {board.known_as}{where}: several fingers{by_pins}"
 
 
-def _verdict(board: Board, score: FingersScore) -> str:
+def _verdict(board: Board, score: FingersScore, plate: HiddenPlate | None) -> str:
     just_felt = threshold_um(board.drive.frequency_hz)
-    return " ".join(of_fingers(own, score.apart_mm, just_felt) for own in score.counts)
+    where = f"On {plate.name}: " if plate else ""
+    return where + " ".join(of_fingers(own, score.apart_mm, just_felt) for own in score.counts)
 
 
 def _as_built(board: Board, count: int, samples: int, drawn: dict[str, Any]) -> FingersAsBuilt:
@@ -239,16 +240,22 @@ def _check_asked(
         raise ConflictError("--built", "--table", hint="drives that know a film come of its board")
 
 
-def _draw(path: Path | None, board: Board, score: FingersScore, *, is_played: bool) -> None:
+def _draw(
+    path: Path | None,
+    board: Board,
+    score: FingersScore,
+    *,
+    is_played: bool,
+    plate: HiddenPlate | None = None,
+) -> None:
     if path is None:
         return
     # What draws takes a third of a second to load.
     from chladni.host.figures.fingers import fingers_figure  # noqa: PLC0415
 
     threshold = threshold_um(board.drive.frequency_hz)
-    drawn = fingers_figure(
-        board.name, score, threshold, is_played=is_played, known_as=board.known_as
-    )
+    known_as = f"{board.known_as}, on {plate.name}" if plate else board.known_as
+    drawn = fingers_figure(board.name, score, threshold, is_played=is_played, known_as=known_as)
     write_figure(drawn, path)
 
 
