@@ -41,8 +41,8 @@ MORE_ON_AVERAGE = 7
 MORE_OF_TURNING = 50
 """For each channel whose current turns in a sample: twice in a wave."""
 MOST_OF_VOICES = {
-    5: {"1": 240, "2": 420, "ramping": 960, "with_news": 2490},
-    16: {"1": 560, "2": 900, "ramping": 2350, "with_news": 6230},
+    5: {"1": 240, "2": 420, "ramping": 960, "with_news": 2510},
+    16: {"1": 560, "2": 900, "ramping": 2350, "with_news": 6260},
 }
 """By channels; ramps and news of five voices, all of which begin or end at once."""
 MOST_PER_VOICE = {5: 103, 16: 230}

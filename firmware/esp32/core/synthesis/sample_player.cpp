@@ -28,7 +28,7 @@ void SamplePlayer::sines() {
   const Bridge bridge = settings_.bridge;
   const int32_t left = ramp_left_;
   // Nothing waits for a bias but signals, which are voices.
-  const int32_t bias_left = kIsRamping && kHasFurther ? this->bias_left() : left;
+  const int32_t bias_left = kIsRamping && kHasFurther && is_smooth_ ? rate_.smooth(left) : left;
   int32_t* duty = duties_.data();
   Channel* const end = channels_.data() + settings_.channels;
   for (Channel* channel = channels_.data(); channel != end; ++channel, ++duty) {
@@ -230,7 +230,7 @@ void SamplePlayer::take(const Command& command) {
     waveform_ = command.waveform;
     edges_ = command.edges;
   }
-  const int32_t bias_left = this->bias_left();
+  leave_smooth();
   rate_ = command.rate;
   handover_.output.store(Output::kPlaying, std::memory_order_release);
   if (command.kind == Kind::kStream) {
@@ -251,7 +251,7 @@ void SamplePlayer::take(const Command& command) {
     mode_ = further_.are_sounding() || has_signal_ ? Mode::kVoices : Mode::kSines;
     if (waveform_ != Waveform::kSine) mode_ = Mode::kOthers;
     for (uint32_t k = 0; k < settings_.channels; ++k) {
-      aim(channels_[k], command.first[k], command.second[k], command.bias[k], bias_left);
+      aim(channels_[k], command.first[k], command.second[k], command.bias[k]);
       if (is_at_once) channels_[k].first_step = channels_[k].second_step = 0;
     }
   }
@@ -261,13 +261,12 @@ void SamplePlayer::take(const Command& command) {
 
 void SamplePlayer::fade(FadeCause cause, RampRate rate) {
   if (mode_ == Mode::kFadingSines) mode_ = Mode::kSines;
-  const int32_t bias_left = this->bias_left();
-  is_smooth_ = false;
+  leave_smooth();
   rate_ = rate;
   forget_deadlines();
   for (uint32_t k = 0; k < settings_.channels; ++k) {
     // A wave other than a sine fades out in the phase that it was going to.
-    aim(channels_[k], 0, plays_sines() ? 0 : channels_[k].second, 0, bias_left);
+    aim(channels_[k], 0, plays_sines() ? 0 : channels_[k].second, 0);
   }
   further_.fade(settings_.channels, rate_, ramp_left_);
   stream_step_q30_ = rate_.step(stream_gain_q15_ * (1 << 15) - stream_step_q30_ * ramp_left_, 0);
@@ -283,9 +282,17 @@ void SamplePlayer::fade_soon(FadeCause cause) {
   if (is_playing() || is_sooner) fade(cause, settings_.fade);
 }
 
+void SamplePlayer::leave_smooth() {
+  if (!is_smooth_) return;
+  is_smooth_ = false;
+  const int32_t more = rate_.smooth(ramp_left_) - ramp_left_;
+  for (uint32_t k = 0; k < settings_.channels; ++k) {
+    channels_[k].bias -= channels_[k].bias_step * more;
+  }
+}
+
 // From where a channel is to a new drive; `first` and a sine's `second` with 15 bits more.
-void SamplePlayer::aim(Channel& channel, int32_t first, int32_t second, int32_t bias,
-                       int32_t bias_left) {
+void SamplePlayer::aim(Channel& channel, int32_t first, int32_t second, int32_t bias) {
   const int32_t left = ramp_left_;
   const int32_t first_now = channel.first * (1 << 15) - channel.first_step * left;
   if (plays_sines()) {
@@ -303,7 +310,7 @@ void SamplePlayer::aim(Channel& channel, int32_t first, int32_t second, int32_t 
   }
   channel.first_step = rate_.step(first_now, first);
   channel.first = first >> 15;
-  channel.bias_step = rate_.step(channel.bias - channel.bias_step * bias_left, bias);
+  channel.bias_step = rate_.step(channel.bias - channel.bias_step * left, bias);
   channel.bias = bias;
 }
 

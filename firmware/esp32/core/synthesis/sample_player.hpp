@@ -114,9 +114,9 @@ class SamplePlayer {
   // In the settings' ramp, if outputs would be on for longer.
   void fade_soon(FadeCause cause);
   void go_off();
-  void aim(Channel& channel, int32_t first, int32_t second, int32_t bias, int32_t bias_left);
-  // Samples that are left of a ramp, as its biases go.
-  int32_t bias_left() const { return is_smooth_ ? rate_.smooth(ramp_left_) : ramp_left_; }
+  void aim(Channel& channel, int32_t first, int32_t second, int32_t bias);
+  // From here on biases go straight on, for another ramp to begin.
+  void leave_smooth();
   void catch_up(uint32_t missed);
   // The one meter: a duty has stood on its pin for so many samples. Called where the next one takes
   // its place; `duties_` is what the pins have, since what was not taken is put back there.
