@@ -323,6 +323,7 @@ def test_a_board_for_several_shows_no_focus_unless_it_is_asked_for(
     for done, is_shown in ((plain, False), (asked, True)):
         assert "two pressing fingers" in done.out
         assert "one pressing finger alone" in done.out
+        assert "foam twice as stiff · own signal" in " ".join(done.out.split())
         assert ("fingers 20 mm away" in " ".join(done.out.split())) == is_shown
 
 

@@ -58,7 +58,7 @@ from chladni.sim.fields.transfer import TOLERANCE
 from chladni.sim.image.finger import NOTICED_DB, PRESS
 
 OF_SEVERAL = (
-    *("name", "verdict", "two_fingers", "one_finger", "built"),
+    *("name", "verdict", "two_fingers", "foam_twice", "one_finger", "built"),
     *("coil_spacing_mm", "foam_length_mm", "room_for", "error_estimate", "seconds"),
 )
 PRESSES = within(LEAST_PRESS, MOST_PRESS, "N")
@@ -120,6 +120,7 @@ def board_score(
     if figure is not None:
         _draw(figure, loaded, score, None if objective else two, verdict)
     result = {"name": loaded.name, "verdict": verdict} | score_rows(loaded, score, one, two)
+    result["foam_twice"] = asdict(foam_twice) if foam_twice else None
     if built:
         if is_of_several:
             say(f"--built is of drives for one finger; of several: chladni fingers {board} --built")
