@@ -282,15 +282,6 @@ void SamplePlayer::fade_soon(FadeCause cause) {
   if (is_playing() || is_sooner) fade(cause, settings_.fade);
 }
 
-void SamplePlayer::leave_smooth() {
-  if (!is_smooth_) return;
-  is_smooth_ = false;
-  const int32_t more = rate_.smooth(ramp_left_) - ramp_left_;
-  for (uint32_t k = 0; k < settings_.channels; ++k) {
-    channels_[k].bias -= channels_[k].bias_step * more;
-  }
-}
-
 // From where a channel is to a new drive; `first` and a sine's `second` with 15 bits more.
 void SamplePlayer::aim(Channel& channel, int32_t first, int32_t second, int32_t bias) {
   const int32_t left = ramp_left_;

@@ -116,7 +116,14 @@ class SamplePlayer {
   void go_off();
   void aim(Channel& channel, int32_t first, int32_t second, int32_t bias);
   // From here on biases go straight on, for another ramp to begin.
-  void leave_smooth();
+  [[gnu::always_inline]] void leave_smooth() {
+    if (!is_smooth_) return;
+    is_smooth_ = false;
+    const int32_t more = rate_.smooth(ramp_left_) - ramp_left_;
+    for (uint32_t k = 0; k < settings_.channels; ++k) {
+      channels_[k].bias -= channels_[k].bias_step * more;
+    }
+  }
   void catch_up(uint32_t missed);
   // The one meter: a duty has stood on its pin for so many samples. Called where the next one takes
   // its place; `duties_` is what the pins have, since what was not taken is put back there.
