@@ -257,6 +257,13 @@ def test_uff_is_read_with_its_nodes_and_its_kind(
     assert found.places[order] == pytest.approx(part.places[wanted], abs=1e-7)
     write_uff(path, part, board, ref_dir=-3)
     assert read_measured(path, board).values == pytest.approx(-found.values)
+    units = {"type": 164, "units_code": 9, "units_description": "User", "temp_mode": 1}
+    units |= {"force": 1.0, "temp": 1.0, "temp_offset": 1.0}
+    pyuff.UFF(str(path)).write_sets(units | {"length": 1.0}, "add")
+    assert read_measured(path, board).values == pytest.approx(-found.values)
+    pyuff.UFF(str(path)).write_sets(units | {"length": 1000.0}, "add")
+    with pytest.raises(InputError, match="units: expected 1, SI"):
+        read_measured(path, board)
     for others, said in (
         ({"rsp_dir": 1}, "across the board"),
         ({"func_type": 2}, "58 of function 4.*got '15, 58 of function 2'"),

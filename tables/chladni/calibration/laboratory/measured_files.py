@@ -26,7 +26,7 @@ COLUMNS = ("coil", "x_mm", "y_mm", "hz", "real", "imag")
 MOST_BYTES = 200_000_000
 MOST_APART = 3e-3
 """m, from a coil's drawn place to the node of an UFF file that is driven."""
-SI = 1
+SI, OF_USER = 1, 9
 """Units' code of dataset 164."""
 NUMERATORS: dict[int, Response] = {8: "displacement", 11: "velocity", 12: "acceleration"}
 DENOMINATOR_FORCES = (9, 13)
@@ -194,7 +194,11 @@ def _kind(own: dict[str, Any]) -> str:
 
 def _check_units(sets: list[dict[str, Any]], path: Path) -> None:
     for own in sets:
-        if own.get("type") == 164 and own.get("units_code") != SI:
+        # Units of a user's own have factors over SI, which are 1 where a program had none to ask.
+        is_si = own.get("units_code") == SI or (
+            own.get("units_code") == OF_USER and own.get("length") == own.get("force") == 1.0
+        )
+        if own.get("type") == 164 and not is_si:
             given = f"{own.get('units_code')} ({str(own.get('units_description', '')).strip()})"
             raise InputError("units", given, f"{SI}, SI: metres", file=str(path))
 
