@@ -182,6 +182,19 @@ def test_a_panel_whose_pixels_are_long_is_remarked_on(capsys: pytest.CaptureFixt
     assert "a pixel of the panel is 0.033 × 0.14 mm" in capsys.readouterr().err
 
 
+def test_a_panel_longer_than_any_that_is_sold_is_remarked_on(
+    chladni: CommandLine, tmp_path: Path
+) -> None:
+    board = shipped_board("phone5")
+    assert board.panel is not None
+    own = tmp_path / "own.toml"
+    for longest, is_told in ((146.7e-3, False), (240e-3, True)):
+        panel = replace(board.panel, size=(71.5e-3, longest))
+        own.write_bytes(board_file(replace(board, panel=panel)))
+        told = "there is one of 240 mm before you order" in chladni("board", "show", own).err
+        assert told == is_told
+
+
 @pytest.mark.parametrize(("several", "words"), [(True, "a finger moves less"), (False, "a focus")])
 def test_a_stiff_panel_is_told_before_a_search_by_what_the_board_is_for(
     several: bool, words: str, capsys: pytest.CaptureFixture[str]

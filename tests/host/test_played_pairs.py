@@ -84,7 +84,7 @@ def test_pairs_lie_as_far_apart_as_is_asked(chladni: CommandLine, table: Path) -
     drawn = finger_sets(load_board("strip5"), 2, 1, 40e-3, np.random.default_rng(SEED)) / MM
     assert np.allclose(found.json["worst_at_mm"], drawn[0])
     assert np.hypot(*np.subtract(*found.json["worst_at_mm"])) >= 40.0
-    assert "`chladni fingers strip5 --fingers 2 --sets 1 --apart 40` reckons" in found.err
+    assert "`chladni fingers strip5 --fingers 2 --sets 1 --apart 40 --table " in found.err
     for more, named in (
         (("--at", "0,0", "--apart", "40"), "--pairs is required: how many pairs are drawn"),
         (

@@ -15,13 +15,20 @@ from chladni.effects import Area, Bank, Curve, Effect, Polygon, Tone, shipped_ef
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.bank.pack import pack_bank
 from chladni.effects.bank.unpack import unpack_bank
+from chladni.host.cli.effects.presses import of_bank
 from chladni.host.cli.effects.remarks import (
     say_less_than_asked,
     say_short_places,
     say_unflattened,
 )
 from chladni.host.emulation.emulator import Emulator
-from chladni.host.emulation.recorded_effect import effect_of_bank, recorded_effect, silent_at
+from chladni.host.emulation.recorded_effect import (
+    as_reported,
+    effect_of_bank,
+    recorded_effect,
+    silent_at,
+)
+from chladni.sim.board.file import load_board
 from chladni.sim.errors import InputError
 from chladni.tables.table import Limits
 from conftest import CommandLine
@@ -49,6 +56,23 @@ name = "down"
 rectangle_mm = [-7, -30, 7, -2]
 press = "click"
 """
+
+
+def test_a_press_has_the_area_that_the_panel_reports() -> None:
+    """A border runs through a pixel, a little below its middle: all of it is the upper area."""
+    board = load_board("strip5")
+    x, y = as_reported(board, (1.0, 5.0))
+    areas = (
+        Area("down", Polygon.rectangle(-7.0, -30.0, 7.0, y - 1e-3), press="thud"),
+        Area("up", Polygon.rectangle(-7.0, y - 1e-3, 7.0, 30.0), press="click"),
+    )
+    effects = {name: shipped_effects()[name] for name in ("click", "thud")}
+    bank = pack_bank(Bank("two", effects, areas))
+    below = (x, y - 5e-3)
+    assert as_reported(board, below) == (x, y)
+    assert effect_of_bank(bank, below)[0] == "down"
+    (press,) = of_bank(bank, [below], board, together=False)
+    assert (press.area, press.effect.name) == ("up", "click")
 
 
 def pins(bank: bytes) -> NDArray[np.float64]:

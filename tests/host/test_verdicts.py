@@ -244,7 +244,7 @@ def test_methods_effects_designs_and_tables_are_summed_up() -> None:
 def test_a_finger_that_feels_the_others_effect_more_than_its_own_is_told_of() -> None:
     def told(peaks: tuple[float, float], of_other: tuple[float, float]) -> str:
         played: Any = [
-            SimpleNamespace(peak_um=own, other_peak_um=other, just_felt_um=0.36)
+            SimpleNamespace(peak_um=own, other_peak_um=other, just_felt_um=0.36, bias_um=None)
             for own, other in zip(peaks, of_other, strict=True)
         ]
         return of_two_effects(["click", "thud"], played)

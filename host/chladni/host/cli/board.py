@@ -72,6 +72,9 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.magnet_softening import magnet_softening
 
+LONGEST_PANEL = 0.18
+"""m: an 8 inch tablet's, and bars of 6.9 inches that sense 163 mm."""
+
 board_app = typer.Typer(
     cls=CommandGroup, no_args_is_help=True, help="Inspect, score and draw boards."
 )
@@ -129,7 +132,7 @@ def board_show(
         few = f", and {chip} has PWM for {most} of these {count}" if count > most else ""
         say(f"no electronics.pwm_pins: a device needs a GPIO for each coil{few} (docs/hardware.md)")
     if board not in shipped_boards():  # in those, what stands is meant
-        say_leftovers(loaded, modes.tolist())
+        _say_of_own(loaded, modes.tolist())
     if loaded.winding:
         result["winding"] = winding_report(loaded)
     softening = magnet_softening(loaded, model)
@@ -216,6 +219,17 @@ def board_wiring(
         ],
     }
     answer(result, as_json=as_json, title=f"{loaded.name}: wiring")
+
+
+def _say_of_own(board: Board, modes_hz: list[float]) -> None:
+    """Remarks on a board of one's own, as on a panel longer than its controller is sold with."""
+    say_leftovers(board, modes_hz)
+    panel = board.panel
+    if panel is not None and panel.controller != "ft6x36" and max(panel.size) > LONGEST_PANEL:
+        say(
+            f"panels with a GT911 are sold up to some {LONGEST_PANEL / MM:.0f} mm long: see that "
+            f"there is one of {max(panel.size) / MM:.0f} mm before you order (docs/hardware.md)"
+        )
 
 
 @board_app.command("drawing")

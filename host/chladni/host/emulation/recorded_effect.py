@@ -14,7 +14,13 @@ from chladni.effects.bank.pack import pack_bank
 from chladni.effects.bank.unpack import unpack_bank
 from chladni.effects.effect import Curve, Effect, Tone
 from chladni.host.emulation._emulator import area_at
-from chladni.host.emulation.emulator import Emulator, Recording, TouchEvent
+from chladni.host.emulation.emulator import (
+    Emulator,
+    Recording,
+    TouchEvent,
+    emulated_config,
+    reported_um,
+)
 from chladni.host.protocol.link import SIGNAL_SAMPLES
 from chladni.sim.board.board import Board
 from chladni.sim.errors import ArgumentError, ChladniError, ConflictError
@@ -103,6 +109,12 @@ def recorded_effect(
     return Recording(steps, first.carrier_hz, first.pwm_bits), begins, reported
 
 
+def as_reported(board: Board, at_mm: tuple[float, float]) -> tuple[float, float]:
+    """The place that the panel reports: a border between areas may run through a pixel."""
+    x, y = reported_um(emulated_config(board), at_mm)
+    return 1e-3 * x, 1e-3 * y
+
+
 def effect_of_bank(bank: bytes, at_mm: tuple[float, float]) -> tuple[str, Effect, float]:
     """The area there, its effect for a press, or else what is held, and its level, 0 to 1.
 
@@ -131,7 +143,8 @@ def biases_of(
     """
     if not bank or other_mm is None:
         return None
-    emulator = Emulator(board, table, level=1.0, bank=silent_at(bank, at_mm, other_mm))
+    seen = [as_reported(board, own) for own in (at_mm, other_mm)]
+    emulator = Emulator(board, table, level=1.0, bank=silent_at(bank, *seen))
     recording, _, _ = recorded_effect(
         emulator, samples, at_mm, other_mm, None, other_plays=True, rests_s=0.0
     )

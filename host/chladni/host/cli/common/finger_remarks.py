@@ -125,8 +125,8 @@ def say_tones(
         reckoned += ", of fingers that have rested"
         rested = " --rested"
         touched = (
-            " Without --rested it tells of clicks that come with the touch, which keep some dB "
-            "less: the bias of switches comes up with them."
+            " Without --rested it tells of clicks that come with the touch, which keep 2 to "
+            "12 dB less: the bias of switches comes up with them."
         )
     of_table = f" --table {table}" if table else ""
     say(

@@ -78,8 +78,8 @@ def of_responses(report: ResponsesReport, *, with_drives: bool) -> str:
         else f" Each gets {um.median:.2g} µm of its own, {um.p10:.2g} at the worst tenth."
     )
     taken = ""
-    if exact.median > kept.median or exact.p10 > kept.p10:
-        taken = f"; rounding and {_pitch(report)} mm between places take the rest"
+    if (exact.median, exact.p10) != (kept.median, kept.p10):
+        taken = f"; rounding and {_pitch(report)} mm between places make the difference"
     return (
         f"It keeps two pressing fingers {kept.median:z.1f} dB apart{at} at the median, "
         f"{kept.p10:z.1f} at the worst tenth.{each} The board itself has {exact.median:z.1f} and "

@@ -85,7 +85,7 @@ WORDS = {
     "second_finger_20mm_at_mm": "where that is, mm",
     "second_finger_20mm_um": "most under another finger, 20 mm away or farther",
     "just_felt_um": "the least that a resting finger feels",
-    "bias_um": "the most that the bias of switches moves before and after",
+    "bias_um": "the most that switches' biases move it before and after",
     "bias_duty": "duty at which that bias stands",
     "rested": "rested before its effect, so that the bias stood",
     "mass_g": "mass of each",

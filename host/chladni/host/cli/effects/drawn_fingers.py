@@ -107,7 +107,7 @@ def play_drawn(
     def presses_at(places: Sequence[Place]) -> list[Press]:
         if bank is None:
             return of_effects(effects, places)
-        found = of_bank(bank, places, together=together)
+        found = of_bank(bank, places, setup.board, together=together)
         if in_two and len({one.area for one in found}) == 1:
             raise ArgumentError("--pairs", found[0].area, "two areas, which --together is for")
         return found
@@ -135,6 +135,7 @@ def play_drawn(
         bends = found[0][0].bias_um is not None and not how["rested"]
         touched = ", and have rested, which these have not" if bends else ""
         on = f" --hidden {hidden}" if hidden else ""
+        on += f" --table {setup.file}" if setup.file else ""
         say(
             f"`chladni fingers {connection.emulated_board} --fingers 2 --sets {count} --apart "
             f"{apart / MM:g}{on}` reckons the shipped click of these pairs, at the median up to "

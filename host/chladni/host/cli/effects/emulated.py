@@ -29,6 +29,7 @@ from chladni.host.cli.effects.verdicts import (
     over_other_effect_db,
 )
 from chladni.host.emulation.played_effect import PlayedEffect, check_can_play
+from chladni.sim.board.file import load_board
 
 OF_AREA = "level_um of its area"
 
@@ -80,7 +81,7 @@ def play_emulated_bank(
     Two fingers that press `together` have each the effect of its own area.
     """
     bank = bank_for(connection)
-    presses = of_bank(bank, places, together=together)
+    presses = of_bank(bank, places, load_board(connection.emulated_board), together=together)
     setup = setup_of(connection, places, hidden)
     for one in presses:
         say_filtered(one.effect)

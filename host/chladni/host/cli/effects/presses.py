@@ -14,7 +14,8 @@ from chladni.host.cli.device.connection import Connection
 from chladni.host.cli.effects.remarks import say_off_board
 from chladni.host.cli.effects.setup import Setup
 from chladni.host.emulation.played_effect import PlayedEffect, play_effect
-from chladni.host.emulation.recorded_effect import effect_of_bank, silent_at
+from chladni.host.emulation.recorded_effect import as_reported, effect_of_bank, silent_at
+from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 
 
@@ -60,7 +61,7 @@ def of_effects(effects: Sequence[Effect], places: Sequence[Place]) -> list[Press
     ]
 
 
-def of_bank(bank: bytes, places: Sequence[Place], *, together: bool) -> list[Press]:
+def of_bank(bank: bytes, places: Sequence[Place], board: Board, *, together: bool) -> list[Press]:
     """What a bank's areas have for the first finger, or for both that press `together`.
 
     Raises
@@ -70,8 +71,11 @@ def of_bank(bank: bytes, places: Sequence[Place], *, together: bool) -> list[Pre
     """
     found = []
     for own, other in list(zip(places, _others(places), strict=True))[: 2 if together else 1]:
-        area, effect, level = effect_of_bank(bank, own)
-        plays = silent_at(bank, other, own) if together and other is not None else bank
+        seen = as_reported(board, own)
+        area, effect, level = effect_of_bank(bank, seen)
+        plays = bank
+        if together and other is not None:
+            plays = silent_at(bank, as_reported(board, other), seen)
         how = {"level": level, "bank": plays, "other_plays": together}
         found.append(Press(effect, own, other, area, how))
     return found

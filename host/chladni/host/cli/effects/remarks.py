@@ -149,8 +149,8 @@ def say_bias(found: Sequence[PlayedEffect], board: Board) -> None:
         say(
             "the bias of switches comes up with the touch: it makes the halves of the first wave "
             f"unequal, and moves {'places 20 mm away' if far else 'other fingers'}, too"
-            f"{softer if far and own < SOFT_RAMP_MS else ''}; bridges have none, and an effect of "
-            "its own with --rested begins once it stands"
+            f"{softer if far and own < SOFT_RAMP_MS else ''}; bridges have none, and EFFECT with "
+            "--rested, without --bank, begins once it stands"
         )
 
 

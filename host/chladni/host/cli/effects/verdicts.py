@@ -69,4 +69,6 @@ def of_two_effects(effects: Sequence[str], played: Sequence[PlayedEffect]) -> st
         if db < OWN_STANDS_OUT_DB and played[other].peak_um > LOUDER * um:
             sentence += f": `--level-um {um:.2g}` makes both effects alike"
         told.append(f"{sentence}.")
+    if any(own.bias_um is not None and not own.rested for own in played):
+        told.append("What switches' biases move as both press is left out.")
     return " ".join(told)
