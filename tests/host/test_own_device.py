@@ -244,7 +244,7 @@ def test_a_hidden_plate_is_of_a_board_that_is_served(chladni: CommandLine, tmp_p
         ((*served, "--hidden", "7"), "--board"),
         ((*served, "--hidden", "x", "--board", "strip5"), "SEED, BOARD@SEED or FILE.toml"),
         ((*served, "--hidden", "phone5@7", "--board", "strip5"), "coils of strip5"),
-        ((*served, "--hidden", "no.toml", "--board", "strip5"), "--hidden: expected a board file"),
+        ((*served, "--hidden", "no.toml", "--board", "strip5"), "got 'no file no.toml'"),
     ):
         done = chladni(*words)
         assert (done.code, said in done.err) == (2, True), done.err
