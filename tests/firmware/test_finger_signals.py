@@ -210,6 +210,18 @@ def test_a_finger_that_leaves_ends_its_signal_with_the_release(table: Table) -> 
     assert emulator.core.state == "idle"
 
 
+def pressed_beside_one_that_rests(table: Table, **asked: int) -> Emulator:
+    """A device with switches where finger 1 comes down with a signal 61 ms after start."""
+    emulator = board(table, driver=0, **asked)
+    emulator.core.set_voice(0, 0, 0)
+    emulator.core.set_signal_voice(1, 32767)
+    send(emulator, 1, HIGH)
+    lay(emulator, 1.0, HERE)
+    emulator.run(60.0)
+    emulator.touch(TouchEvent(61.0, THERE, 1))
+    return emulator
+
+
 @pytest.mark.parametrize(
     ("asked", "lasts_ms"),
     # Older records have a 0.
@@ -219,13 +231,7 @@ def test_a_switchs_bias_comes_up_slowly_beside_a_finger_that_rests(
     table: Table, asked: dict[str, int], lasts_ms: int
 ) -> None:
     """Slowly at either end, and the signal waits for it; a finger alone has the table's 4 ms."""
-    emulator = board(table, driver=0, **asked)
-    emulator.core.set_voice(0, 0, 0)
-    emulator.core.set_signal_voice(1, 32767)
-    send(emulator, 1, HIGH)
-    lay(emulator, 1.0, HERE)
-    emulator.run(60.0)
-    emulator.touch(TouchEvent(61.0, THERE, 1))
+    emulator = pressed_beside_one_that_rests(table, **asked)
     recording = emulator.run(160.0)
     duty = recording.duty[:, int(recording.duty[-1].argmax())]
     times_ms = 1e3 * np.arange(len(duty)) / recording.carrier_hz
@@ -247,13 +253,7 @@ def test_a_finger_that_leaves_while_its_bias_comes_up_ends_it_from_where_it_is(
     table: Table, leaves_ms: float
 ) -> None:
     """A quarter on its way it has 0.16 of the bias: from 0.25 it would jump by 0.09 of it."""
-    emulator = board(table, driver=0)
-    emulator.core.set_voice(0, 0, 0)
-    emulator.core.set_signal_voice(1, 32767)
-    send(emulator, 1, HIGH)
-    lay(emulator, 1.0, HERE)
-    emulator.run(60.0)
-    emulator.touch(TouchEvent(61.0, THERE, 1))
+    emulator = pressed_beside_one_that_rests(table)
     emulator.touch(TouchEvent(leaves_ms, None, 1))
     recording = emulator.run(160.0)
     assert recording.duty.max() > 0.05

@@ -139,9 +139,9 @@ def biases_of(
     """The pins where two fingers press and both effects are silent: switches' biases are left.
 
     As of `recorded_effect`, with a `bank` that is `silent_at` the other finger; None without it,
-    or where no other presses.
+    where no other presses, or with bridges, which have none.
     """
-    if not bank or other_mm is None:
+    if not bank or other_mm is None or board.electronics.is_bridge:
         return None
     seen = [as_reported(board, own) for own in (at_mm, other_mm)]
     emulator = Emulator(board, table, level=1.0, bank=silent_at(bank, *seen))

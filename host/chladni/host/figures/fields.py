@@ -122,9 +122,13 @@ def explain_marks(
     """A legend of the marks on pictures of boards, below them."""
     screws = any(own.screws for own in boards)
     feet = any(own.springs or own.pins for own in boards)
-    marks = [("o", "actuator", True), ("x", "screw", screws), ("^", "foot", feet),
-             ("+", "target", target),
-             ("s", "maximum", maximum)]  # fmt: skip
+    marks = [
+        ("o", "actuator", True),
+        ("x", "screw", screws),
+        ("^", "foot", feet),
+        ("+", "target", target),
+        ("s", "maximum", maximum),
+    ]
     handles = [
         Line2D([], [], linestyle="", marker=mark, color=INK, label=label, markerfacecolor="none")
         for mark, label, is_there in marks

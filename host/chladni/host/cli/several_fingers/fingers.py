@@ -41,12 +41,7 @@ from chladni.host.cli.common.options import (
     SeedOption,
     check_figure,
 )
-from chladni.host.cli.common.output import (
-    answer,
-    progress_bar,
-    say_unmet,
-    write_figure,
-)
+from chladni.host.cli.common.output import answer, progress_bar, say_unmet, write_figure
 from chladni.host.cli.common.ranges import within
 from chladni.host.cli.common.terms import of_loudest
 from chladni.host.cli.several_fingers.own_pair import own_pair, tell_pair
