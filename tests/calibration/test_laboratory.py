@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import pyuff
 
 from calibration.small_board import small_board
 from chladni.calibration import hidden_plate
@@ -207,71 +206,6 @@ def test_csv_and_npz_are_read_alike(board: Board, measured: MeasuredFields, tmp_
         assert np.array_equal(found.coils, measured.coils)
         assert found.places == pytest.approx(measured.places)
         assert found.values == pytest.approx(measured.values, rel=1e-7)
-
-
-def write_uff(path: Path, fields: MeasuredFields, board: Board, **others: int) -> None:
-    """Nodes 1 and up are places, 1001 and up coils; one response per coil and place."""
-    path.unlink(missing_ok=True)
-    file = pyuff.UFF(str(path))
-    places, number = np.unique(fields.places, axis=0, return_inverse=True)
-    nodes = np.concatenate((places, [own.at for own in board.actuators]))
-    numbers = [*range(1, len(places) + 1), *range(1001, 1001 + len(board.actuators))]
-    zeros = dict.fromkeys(("def_cs", "disp_cs", "color", "z"), np.zeros(len(nodes)))
-    nodes_set = {"type": 15, "node_nums": numbers, "x": nodes[:, 0], "y": nodes[:, 1]} | zeros
-    file.write_sets(nodes_set, "overwrite")
-    texts = dict.fromkeys(("id1", "id2", "id3", "id4", "id5"), "")
-    names = dict.fromkeys(("rsp_ent_name", "ref_ent_name"), "NONE")
-    kinds = {"ordinate_spec_data_type": 12, "orddenom_spec_data_type": 13, "ord_data_type": 5}
-    usual: dict[str, object] = {
-        "type": 58,
-        "func_type": 4,
-        "binary": 0,
-        "ver_num": 0,
-        "load_case_id": 0,
-    }
-    usual |= texts | names | kinds | {"abscissa_spec_data_type": 18, "rsp_dir": 3, "ref_dir": 3}
-    for coil in range(len(board.actuators)):
-        for place in range(len(places)):
-            at = (fields.coils == coil) & (number.ravel() == place)
-            values, hz = fields.values[at], fields.hz[at]
-            own: dict[str, object] = {"rsp_node": place + 1, "ref_node": 1001 + coil, "x": hz}
-            own |= {"data": values * (2j * np.pi * hz) ** 2}
-            file.write_sets(usual | own | others, "add")
-
-
-def test_uff_is_read_with_its_nodes_and_its_kind(
-    board: Board, measured: MeasuredFields, tmp_path: Path
-) -> None:
-    few = np.isin(np.arange(measured.hz.size) % len(PLACES), (3, 10, 24, 41))
-    part = MeasuredFields(
-        measured.coils[few], measured.places[few], measured.hz[few], measured.values[few]
-    )
-    path = tmp_path / "m.uff"
-    write_uff(path, part, board)
-    found = read_measured(path, board)
-    assert (found.response, found.per) == ("acceleration", "force")
-    order, wanted = (
-        np.lexsort((own.hz, own.places[:, 1], own.places[:, 0], own.coils)) for own in (found, part)
-    )
-    assert found.compliance(board)[order] == pytest.approx(part.values[wanted], rel=1e-4)
-    assert found.places[order] == pytest.approx(part.places[wanted], abs=1e-7)
-    write_uff(path, part, board, ref_dir=-3)
-    assert read_measured(path, board).values == pytest.approx(-found.values)
-    units = {"type": 164, "units_code": 9, "units_description": "User", "temp_mode": 1}
-    units |= {"force": 1.0, "temp": 1.0, "temp_offset": 1.0}
-    pyuff.UFF(str(path)).write_sets(units | {"length": 1.0}, "add")
-    assert read_measured(path, board).values == pytest.approx(-found.values)
-    pyuff.UFF(str(path)).write_sets(units | {"length": 1000.0}, "add")
-    with pytest.raises(InputError, match="units: expected 1, SI"):
-        read_measured(path, board)
-    for others, said in (
-        ({"rsp_dir": 1}, "across the board"),
-        ({"func_type": 2}, "58 of function 4.*got '15, 58 of function 2'"),
-        ({"ref_node": 3}, "driven at the place of a coil"),
-    ):
-        write_uff(path, part, board, **others)
-        with pytest.raises(InputError, match=said):
-            read_measured(path, board)
 
 
 @pytest.mark.parametrize(

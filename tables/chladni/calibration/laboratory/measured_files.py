@@ -20,7 +20,7 @@ from chladni.calibration.laboratory.measured_fields import (
 )
 from chladni.sim.board.board import Board
 from chladni.sim.errors import InputError
-from chladni.sim.files import read_arrays, read_text
+from chladni.sim.files import read_arrays, read_text, read_whole
 
 COLUMNS = ("coil", "x_mm", "y_mm", "hz", "real", "imag")
 MOST_BYTES = 200_000_000
@@ -31,6 +31,8 @@ SI, OF_USER = 1, 9
 NUMERATORS: dict[int, Response] = {8: "displacement", 11: "velocity", 12: "acceleration"}
 DENOMINATOR_FORCES = (9, 13)
 """Reaction and excitation force, by the datasets' specific data types."""
+END_OF_SET = b"    -1"
+"""A line of an UFF file."""
 ENDINGS = (".csv", ".npz", ".uff", ".unv")
 
 
@@ -146,8 +148,7 @@ def _read_uff(
     except ImportError:
         hint = "pip install chladni[laboratory]"
         raise InputError("measured", path.suffix, "a file that needs pyuff", hint=hint) from None
-    if not path.is_file():
-        raise InputError("measured", str(path), "a file that is there")
+    whole = read_whole(path, "measured", MOST_BYTES)
     try:
         # Some sets are printed as they are read.
         with contextlib.redirect_stdout(io.StringIO()):
@@ -156,6 +157,9 @@ def _read_uff(
         given = f"{type(error).__name__}: {error}"
         raise InputError("datasets", given, "what pyuff reads", file=str(path)) from None
     sets = found if isinstance(found, list) else [found]
+    if sets and not whole.rstrip().endswith(END_OF_SET):
+        expected = "a last line of -1: this file is cut short"
+        raise InputError("end", repr(whole[-20:]), expected, file=str(path))
     _check_units(sets, path)
     nodes = _nodes(sets)
     responses = [own for own in sets if own.get("type") == 58 and own.get("func_type") == 4]
