@@ -75,6 +75,15 @@ def test_what_erases_a_bank_is_its_partition_and_no_other() -> None:
     pytest.fail("no partition for effects")
 
 
+def test_a_bank_of_another_ending_is_told_what_each_command_takes(chladni: CommandLine) -> None:
+    for words, endings in (
+        (("flash", "my.chl", "--emulator"), ".toml or .che"),
+        (("build", "my.chl", "-o", "my.che"), ".toml"),
+    ):
+        refused = chladni("effects", *words)
+        assert (refused.code, f"a file that ends in {endings}, got" in refused.err) == (2, True)
+
+
 def test_areas_beyond_the_board_of_a_table_are_told(
     emulator: Emulator, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -63,6 +63,9 @@ def test_a_board_says_how_far_apart_its_fingers_lie(chladni: CommandLine, tmp_pa
         refused = chladni(*words, board, *command[1:])
         assert refused.code == 2, command
         assert f"fingers.apart_mm: expected at most {int(most)}" in refused.err.replace("\n", " ")
+    # One limit, by the board's own size, however far apart.
+    refused = chladni("fingers", board, "--apart", 600)
+    assert f"expected at most {int(most)}" in refused.err.replace("\n", " ")
 
 
 def test_a_signal_too_weak_for_its_own_finger_is_told() -> None:

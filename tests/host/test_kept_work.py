@@ -283,3 +283,20 @@ def test_no_more_time_is_told_than_work_has(
         "chladni: boards: 1 of 100, about 70 s are left",
         "chladni: boards: 2 of 100, about 7840 s are left",
     ]
+
+
+def test_what_changes_its_number_tells_percent_that_never_fall(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A search that finds time for more boards: 30 of 60, and then 31 of 90."""
+    now = [0.0]
+    monkeypatch.setattr(output, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    with output.progress_bar("search", in_percent=True) as progress:
+        for at_s, done, total in ((5.0, 0, 60), (30.0, 30, 60), (60.0, 31, 90), (100.0, 36, 90)):
+            now[0] = at_s
+            progress(done, total)
+    assert capsys.readouterr().err.splitlines() == [
+        "chladni: search: 0 % so far",
+        "chladni: search: 50 %, about 25 s are left",
+        "chladni: search: 50 %, about 432 s are left",
+    ]

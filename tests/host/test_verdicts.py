@@ -262,7 +262,7 @@ def test_a_finger_that_feels_the_others_effect_more_than_its_own_is_told_of() ->
 
 
 def test_a_place_is_judged_by_its_maximum_too() -> None:
-    def told(off: float, db: float, um: float = 36.0, far_db: float | None = None) -> str:
+    def told(off: float, db: float, um: float = 36.0, far_db: Any = None, **of: bool) -> str:
         card: Any = SimpleNamespace(
             movable=True,
             focal_error_mm=off,
@@ -270,7 +270,7 @@ def test_a_place_is_judged_by_its_maximum_too() -> None:
             second_finger_20mm_db=far_db,
             felt=SimpleNamespace(finger_um=um),
         )
-        return of_place(card, frequency_hz=160.0)
+        return of_place(card, frequency_hz=160.0, **of)
 
     assert told(1.5, 3.8).startswith(
         "It focuses: another finger 12 mm away gets 3.8 dB less; the maximum lies 1.5 mm from the "
@@ -282,7 +282,7 @@ def test_a_place_is_judged_by_its_maximum_too() -> None:
     assert "12 mm" not in told(35.0, -3.0, 36.0, -3.0)
     assert told(5.2, 0.2).startswith("It hardly focuses")
     assert told(35.0, 0.3).startswith("It does not focus: another finger 12 mm away gets 0.3 dB l")
-    assert told(35.0, 3.0).startswith("It does not focus")
+    assert "It need not focus: another" in told(35.0, 3.0, for_fingers=True)
     assert told(3.0, -2.0).startswith("It does not focus")
     still: Any = SimpleNamespace(movable=False)
     assert of_place(still, frequency_hz=160.0) == "No drive of these coils moves this place."

@@ -90,7 +90,7 @@ class SeveralFingers:
     frequencies_hz: tuple[float, ...] = quantity(
         "frequencies_hz", 1.0, 1.0, 1000.0, count=0, default=()
     )
-    apart: float = quantity("apart_mm", MM, 1e3 * LEAST_APART, 500.0, default=LEAST_APART)
+    apart: float = quantity("apart_mm", MM, 1e3 * LEAST_APART, 5000.0, default=LEAST_APART)
 
 
 @dataclass(frozen=True)

@@ -67,6 +67,7 @@ def bank_bytes(name: str | Path, argument: str = "bank") -> bytes:
     """
     if Path(name).suffix.lower() == BANK_SUFFIX:
         return pack_bank(read_bank_file(Path(name), argument))
+    _check_name(name, argument, f".toml or {BANK_SUFFIX}")
     try:
         return pack_bank(read_bank(name, argument).bank)
     except InputError as error:
@@ -90,11 +91,8 @@ def read_bank(name: str | Path, argument: str = "bank") -> ReadBank:
         Keys are unknown, values out of their range, files not there, or areas name effects that no
         one defines; names the file, and of each the place and the value.
     """
+    _check_name(name, argument, ".toml")
     path = shipped_banks().get(str(name), Path(name))
-    if path.suffix != ".toml":
-        expected = f"{', '.join(shipped_banks())}, or a file that ends in .toml"
-        hint = perhaps(name, shipped_banks())
-        raise ArgumentError(argument, str(name), expected, hint=hint)
     file = read_toml(path, argument)
     effects, areas, faults = _Effects(path.parent), [], Faults()
     name, hysteresis_mm, shapes = path.stem[:15], 1.0, dict[str, Shape | InputError]()
@@ -120,6 +118,15 @@ def read_bank(name: str | Path, argument: str = "bank") -> ReadBank:
     except InputError as error:
         raise error.in_file(str(path)) from None
     return ReadBank(bank, effects.left_out)
+
+
+def _check_name(name: str | Path, argument: str, endings: str) -> None:
+    """Refuse what is no shipped bank and no TOML file; `endings` is for the message."""
+    if str(name) in shipped_banks() or Path(name).suffix == ".toml":
+        return
+    expected = f"{', '.join(shipped_banks())}, or a file that ends in {endings}"
+    hint = perhaps(name, shipped_banks())
+    raise ArgumentError(argument, str(name), expected, hint=hint)
 
 
 class _Effects:

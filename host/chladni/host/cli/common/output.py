@@ -15,7 +15,14 @@ from typing import TYPE_CHECKING, Any
 from rich.box import HEAVY_HEAD
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TaskProgressColumn,
+    TextColumn,
+    TimeRemainingColumn,
+)
 from rich.table import Table as RichTable
 
 from chladni.host.cli.common.terms import LEFT_OUT, WORDS, unit_of, words_of
@@ -215,7 +222,8 @@ class _Lines:
     What is left is estimated by the pieces since the line before: a machine gets other work.
     """
 
-    def __init__(self, label: str, limit_s: float | None, batch: int) -> None:
+    def __init__(self, label: str, limit_s: float | None, batch: int, *, in_percent: bool) -> None:
+        self._in_percent, self._percent = in_percent, 0.0
         self._label, self._begun, self._due_s = label, time.monotonic(), FIRST_LINE_S
         self._limit_s, self._batch = limit_s or math.inf, batch
         self._total, self._is_told = 0, False
@@ -238,11 +246,15 @@ class _Lines:
             left_s = took_s * (total - done) / since
             if passed < self._limit_s:
                 left_s = min(left_s, self._limit_s - passed)
-            say(f"{self._label}: {done} of {total}, about {left_s:.0f} s are left")
+            say(f"{self._label}: {self._far(done, total)}, about {left_s:.0f} s are left")
             self._from_s, self._from_done, self._due_s = passed, done, passed + NEXT_LINE_S
         elif not self._is_told:
-            say(f"{self._label}: {done} of {total} so far")
+            say(f"{self._label}: {self._far(done, total)} so far")
         self._is_told = True
+
+    def _far(self, done: int, total: int) -> str:
+        self._percent = max(self._percent, 100.0 * done / total)
+        return f"{self._percent:.0f} %" if self._in_percent else f"{done} of {total}"
 
 
 @contextlib.contextmanager
@@ -252,6 +264,7 @@ def progress_bar(
     kept: Path | Callable[[], bool] | bool | None = None,
     limit_s: float | None = None,
     batch: int = 0,
+    in_percent: bool = False,
 ) -> Iterator[Callable[[int, int], None]]:
     """A callback (done, all) that draws a bar on stderr, or writes lines if that is no terminal.
 
@@ -265,6 +278,8 @@ def progress_bar(
         Seconds after which the work ends early; no estimate is longer.
     batch
         Pieces that are prepared together: the first so many say nothing of the others' time.
+    in_percent
+        How far the work is, not in pieces: for one whose number changes on the way.
 
     Raises
     ------
@@ -274,11 +289,11 @@ def progress_bar(
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
-        MofNCompleteColumn(),
+        TaskProgressColumn() if in_percent else MofNCompleteColumn(),
         TimeRemainingColumn(),
     )
     console = Console(stderr=True)
-    lines = _Lines(label, limit_s, batch)
+    lines = _Lines(label, limit_s, batch, in_percent=in_percent)
 
     def tell(done: int, total: int) -> None:
         bar.update(task, completed=done, total=total)

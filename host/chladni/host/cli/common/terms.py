@@ -69,7 +69,7 @@ WORDS = {
     "told": "determined by the readings",
     "score": "score as drawn: what [design.weights] add up to, dB",
     "robust_score": "score within tolerances, by which boards are compared, dB",
-    "plate_and_magnets_g": "mass of plate and magnets",
+    "plate_and_magnets_g": "mass of plate, film and magnets",
     "beside_mm": "fingers lie beside their places",
     "unfelt": "share that feels nothing of the others, at rest",
     "unfelt_pressing": "share that feels nothing of the others, pressing",

@@ -291,6 +291,8 @@ def of_place(
         does = "does not focus"
     else:
         does = "focuses" if less >= NOTICED_DB else "hardly focuses"
+    if for_fingers and does != "focuses":
+        does = "need not focus"
     told = f"It {does}: another finger {apart} mm away gets {less_of(less)}"
     if far is not None and far - near >= SAME_DB:
         told += f", one 12 mm away {less_of(near)}"

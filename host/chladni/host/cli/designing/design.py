@@ -109,7 +109,7 @@ def design_board(
     limit_s = None if minutes is None else 60.0 * minutes
     can_go_on = partial(is_kept, kept, others)
     try:
-        with progress_bar("boards", kept=can_go_on, limit_s=limit_s) as progress:
+        with progress_bar("search", kept=can_go_on, limit_s=limit_s, in_percent=True) as progress:
             found = design(
                 asked,
                 seed=seed,
