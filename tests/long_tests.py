@@ -34,7 +34,7 @@ LONG = (
     "chain/test_examples.py::test_an_example_runs_and_draws[table]",
     "chain/test_examples.py::test_the_device_on_a_port_plays",
     "chain/test_felt.py::test_tables_comparisons_and_touches_speak_of_them_too",
-    "chain/test_over_frequency.py",
+    "chain/test_over_frequency.py::test_a_plate_that_resonates_is_solved_closer_there",
     "chain/test_unknown_finger.py::test_a_bias_that_comes_up_with_the_touch_is_told_of",
     "chain/test_unknown_finger.py::test_a_click_beside_one_finger_is_reckoned_within_3_db_of_the_pins",
     "chain/test_unknown_finger.py::test_the_loudest_other_finger_is_found_wherever_it_lies",

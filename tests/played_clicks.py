@@ -11,7 +11,8 @@ from chladni.drives.scoring.several_fingers.fingers_score import solver_of
 from chladni.effects import shipped_effects
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.flatten import flattened
-from chladni.host.emulation.felt_over_time import RATE_HZ, FingerPlate, over_frequency, rms
+from chladni.host.emulation.felt_over_time import RATE_HZ, FingerPlate, rms
+from chladni.host.emulation.over_frequency import over_frequency
 from chladni.sim.board.board import Board
 
 RINGS_S = 0.04

@@ -16,7 +16,7 @@ import numpy as np
 
 from chladni.drives.scoring.several_fingers.finger_sets import finger_sets
 from chladni.effects import shipped_effects
-from chladni.host.emulation.felt_over_time import over_frequency
+from chladni.host.emulation.over_frequency import over_frequency
 from chladni.host.emulation.played_effect import play_effect
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM

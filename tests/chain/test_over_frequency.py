@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from scipy.interpolate import CubicSpline
 
 from chladni.drives.problem.problem import solved_board
-from chladni.host.emulation.felt_over_time import GRID_HZ, frequencies_of, over_frequency
+from chladni.host.emulation.felt_over_time import TOGETHER, FingerPlate
+from chladni.host.emulation.over_frequency import GRID_HZ, frequencies_of, over_frequency
 from chladni.sim.board.file import load_board
+from chladni.sim.board.quantity import MM
 
 
 def test_a_plate_that_resonates_is_solved_closer_there() -> None:
@@ -25,3 +28,23 @@ def test_a_plate_that_resonates_is_solved_closer_there() -> None:
         exact = np.asarray(plate.at_frequency(between).fields.values)[:, ::9, ::9]
         off = np.abs(CubicSpline(hz, values)(between) - exact)
         assert off.max() < 0.05 * np.abs(exact).max()
+
+
+def test_fingers_solved_for_together_are_those_solved_for_alone() -> None:
+    """More sets than one group, of one finger and two, with and without a place beside them."""
+    solved = [solved_board(load_board("strip5")).at_frequency(hz) for hz in (120.0, 160.0)]
+    rng = np.random.default_rng(5)
+    sets = []
+    for k in range(TOGETHER + 3):
+        places = rng.uniform((-6.0, -26.0), (6.0, 26.0), (1 + k % 2, 2)) * MM
+        sets.append((places, np.array([(0.0, 20.0), (3.0, -20.0)]) * MM if k % 3 else None))
+    found = list(FingerPlate.of_each(solved, sets, 1.0))
+    assert len(found) == len(sets)
+    for one, (places, beside) in zip(found, sets, strict=True):
+        alone = FingerPlate.of(solved, places, 1.0, beside)
+        assert len(one.free) == len(places) + (0 if beside is None else len(beside))
+        for ours, theirs in zip(one.free + one.pushes, alone.free + alone.pushes, strict=True):
+            # Rounding in matrices of condition 1e7 or so: other columns beside them change it.
+            assert np.abs(ours - theirs).max() == pytest.approx(
+                0.0, abs=1e-8 * np.abs(theirs).max()
+            )

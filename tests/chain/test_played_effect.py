@@ -15,17 +15,11 @@ from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet
 from chladni.effects import Area, Bank, Curve, Effect, Tone, shipped_effects
 from chladni.effects.bank.pack import pack_bank
-from chladni.host.emulation import felt_over_time
+from chladni.host.emulation import over_frequency as solving
 from chladni.host.emulation.closed_loop import run_alone
 from chladni.host.emulation.emulator import TouchEvent
-from chladni.host.emulation.felt_over_time import (
-    GRID_HZ,
-    RATE_HZ,
-    FingerPlate,
-    envelope_error_db,
-    over_frequency,
-    rms,
-)
+from chladni.host.emulation.felt_over_time import RATE_HZ, FingerPlate, envelope_error_db, rms
+from chladni.host.emulation.over_frequency import GRID_HZ, over_frequency
 from chladni.host.emulation.played_effect import PlayedEffect, play_effect
 from chladni.host.figures.effects import played_effects_figure
 from chladni.sim.board.board import Board
@@ -167,7 +161,7 @@ def test_more_frequencies_change_little(
     forces[:, 0] = click * np.sin(2.0 * np.pi * 160.0 * t)
     coarse = rms(FingerPlate.of(solved, places, 1.0).felt_um(forces, 0))
     more = sorted({*GRID_HZ, *(0.5 * (a + b) for a, b in pairwise(GRID_HZ))})
-    monkeypatch.setattr(felt_over_time, "GRID_HZ", tuple(more))
+    monkeypatch.setattr(solving, "GRID_HZ", tuple(more))
     fine = rms(FingerPlate.of(over_frequency(board), places, 1.0).felt_um(forces, 0))
     assert np.abs(coarse - fine).max() < 0.03 * fine.max()
 

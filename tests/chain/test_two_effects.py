@@ -17,13 +17,10 @@ from chladni.effects import shipped_effects
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.host.cli.effects.presses import of_effects
 from chladni.host.cli.effects.setup import Setup
-from chladni.host.emulation import felt_over_time
+from chladni.host.emulation import over_frequency as solving
 from chladni.host.emulation.emulator import Emulator, TouchEvent
-from chladni.host.emulation.felt_over_time import (
-    forces_of,
-    over_frequency,
-    plates_over_frequency,
-)
+from chladni.host.emulation.felt_over_time import forces_of
+from chladni.host.emulation.over_frequency import over_frequency, plates_over_frequency
 from chladni.host.emulation.played_effect import play_effect
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -180,7 +177,7 @@ def test_fingers_with_an_effect_each_have_rested_where_switches_have_a_bias(
 def test_a_board_and_its_hidden_plate_are_one_progress(
     board: Board, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(felt_over_time, "GRID_HZ", (80.0, 120.0, 160.0, 200.0))
+    monkeypatch.setattr(solving, "GRID_HZ", (80.0, 120.0, 160.0, 200.0))
     told: list[tuple[int, int]] = []
     own, below = plates_over_frequency(
         board, board, lambda done, of_all: told.append((done, of_all))

@@ -18,7 +18,8 @@ from chladni.drives.scoring.several_fingers.finger_sets import (
 )
 from chladni.effects import Curve, Effect, Tone, shipped_effects
 from chladni.host.emulation import felt_over_time
-from chladni.host.emulation.felt_over_time import RATE_HZ, FingerPlate, over_frequency, rms
+from chladni.host.emulation.felt_over_time import RATE_HZ, FingerPlate, rms
+from chladni.host.emulation.over_frequency import over_frequency
 from chladni.host.emulation.played_effect import check_can_play, play_effect
 from chladni.host.emulation.table_score import played_drives
 from chladni.sim.board.board import Board

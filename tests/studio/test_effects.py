@@ -16,7 +16,8 @@ from websockets.sync.client import ClientConnection
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.effects.files import read_effect, shipped_effects
 from chladni.effects.wav_file import to_wav
-from chladni.host.emulation.felt_over_time import RATE_HZ, over_frequency
+from chladni.host.emulation.felt_over_time import RATE_HZ
+from chladni.host.emulation.over_frequency import over_frequency
 from chladni.host.emulation.played_effect import PlayedEffect, play_effect
 from chladni.host.studio.boards.prepared import ReadyBoard
 from studio.conftest import Studio

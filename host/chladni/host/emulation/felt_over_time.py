@@ -8,7 +8,7 @@ the last of them nothing is left of signals that were low-passed at 250 Hz.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,34 +16,29 @@ import scipy
 from numpy.typing import NDArray
 
 from chladni.drives.fingers.silence import real_part
-from chladni.drives.problem.problem import SolvedBoard, solved_board
+from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.scoring.felt import MICROMETRE
 from chladni.drives.scoring.scorecard import FAR_FINGER
-from chladni.drives.scoring.several_fingers.finger_sets import finger_discs, pushed_back
-from chladni.effects.low_pass import EDGE_HZ
+from chladni.drives.scoring.several_fingers.finger_sets import (
+    finger_discs,
+    finger_sets,
+    pushed_back,
+)
+from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.host.emulation.emulator import Recording
+from chladni.host.emulation.over_frequency import Progress, frequencies_of, over_frequency
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.coil.circuit import circuit_of
 from chladni.sim.coil.full_drive import strengths
 from chladni.sim.errors import MissingError
-from chladni.sim.fields.driven import moved_coils
-from chladni.sim.image.finger import pressing_stiffness
+from chladni.sim.image.finger import PRESS, pressing_stiffness
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 RATE_HZ = 80e6 / 2**14
 """Of displacements: carrier periods' means, 4883 a second."""
-GRID_HZ = (2.0, *np.arange(15.0, 315.0, 15.0).tolist(), 330.0, 360.0, 400.0, 450.0, 520.0, 600.0)
-"""Frequencies at which every plate is solved. On `strip5` responses between them are right within
-0.2 % up to 280 Hz, and within 2 % where they are 25 Hz apart."""
-ROUGH, FINEST_HZ = 0.1, 2.0
-"""Share by which splines without a frequency may miss it before both intervals beside it are
-halved, and how wide one is at least. With it they miss what lies between by a tenth of that. Above
-250 Hz four times as much an octave, for half of what the low-pass takes in decibels."""
-BESIDE = 4
-"""Frequencies on either side, of which a spline is to meet one."""
 FELT_FROM_HZ = 40.0
 """A finger feels little below; a second-order Butterworth high-pass."""
 AWAY_PITCH = 6e-3
@@ -53,60 +48,11 @@ PAD_S = 0.25
 ENVELOPE_POINTS = 200
 LATEST_S = 2e-3
 """By which a point of an envelope may be late or early, the low-pass's own delay apart."""
-Progress = Callable[[int, int], None]
-
-
-def over_frequency(board: Board, progress: Progress | None = None) -> list[SolvedBoard]:
-    """A board solved at `GRID_HZ`, and closer where it resonates, for any number of `FingerPlate`s.
-
-    In the order of their frequencies.
-    """
-    solved = solved_board(board)
-    found: dict[float, SolvedBoard] = {}
-    wanted = list(GRID_HZ)
-    while wanted:
-        count = len(found) + len(wanted)
-        for hz in wanted:
-            found[hz] = solved.at_frequency(hz)
-            if progress is not None:
-                progress(len(found), count)
-        wanted = _between(found)
-    return [found[hz] for hz in sorted(found)]
-
-
-def plates_over_frequency(
-    board: Board, hidden: Board | None, progress: Progress
-) -> tuple[list[SolvedBoard], list[SolvedBoard] | None]:
-    """A board `over_frequency`, and the hidden plate that fingers are on: one progress of both."""
-    if hidden is None:
-        return over_frequency(board, progress), None
-    progress(0, 2 * len(GRID_HZ))
-    # It takes up to three times as long. Estimates that begin with it become shorter.
-    solved = over_frequency(hidden, lambda done, count: progress(done, count + len(GRID_HZ)))
-    first = len(solved)
-    own = over_frequency(board, lambda done, count: progress(first + done, first + count))
-    return own, solved
-
-
-def frequencies_of(solved: Sequence[SolvedBoard]) -> FloatArray:
-    """Hz at which a board was solved."""
-    return np.array([own.board.drive.frequency_hz for own in solved])
-
-
-def _between(found: dict[float, SolvedBoard]) -> list[float]:
-    """Middles of intervals beside a frequency that a spline of the others misses."""
-    hz = np.array(sorted(found))
-    solved = [found[own] for own in hz.tolist()]
-    # What each coil does at each: a few of all places.
-    values = np.array([moved_coils(own.board, np.asarray(own.fields.values)) for own in solved])
-    middles = set()
-    for k in range(1, len(hz) - 1):
-        near = [i for i in range(max(0, k - BESIDE), min(len(hz), k + BESIDE + 1)) if i != k]
-        off = np.abs(scipy.interpolate.CubicSpline(hz[near], values[near])(hz[k]) - values[k]).max()
-        if off > ROUGH * max(1.0, hz[k] / EDGE_HZ) ** 2 * np.abs(values[k]).max():
-            beside = ((hz[k - 1], hz[k]), (hz[k], hz[k + 1]))
-            middles |= {(a + b) / 2.0 for a, b in beside if b - a > 2.0 * FINEST_HZ}
-    return sorted(middles)
+LEVEL_PLACES, LEVEL_SEED = 16, 3
+TOGETHER = 8
+"""Sets of fingers: with more of them a pair takes little less, and the first one waits longer."""
+Fingers = tuple[FloatArray, FloatArray | None]
+"""Places of those that press, (fingers, 2), m, and of others, (places, 2)."""
 
 
 @dataclass(frozen=True)
@@ -146,18 +92,21 @@ class FingerPlate:
 
         The discs at `unpressed` places (places, 2), m, come after the fingers'.
         """
-        return cls(frequencies_of(solved), *_discs(solved, places, unpressed), newtons)
+        return next(cls.of_each(solved, [(places, unpressed)], newtons))
 
     @classmethod
-    def each_alone(
-        cls, solved: Sequence[SolvedBoard], places: FloatArray, newtons: float
-    ) -> list[FingerPlate]:
-        """The same with one finger each, all solved for together."""
+    def of_each(
+        cls, solved: Sequence[SolvedBoard], sets: Sequence[Fingers], newtons: float
+    ) -> Iterator[FingerPlate]:
+        """The same of each of many sets: their places and unpressed ones.
+
+        `TOGETHER` of them are solved for together: a plate whose feet have a loss of their own is
+        factored at each frequency, which takes longer than what follows.
+        """
         hz = frequencies_of(solved)
-        return [
-            cls(hz, (free,), (pushes[:, :, finger, None],), newtons)
-            for finger, (free, pushes) in enumerate(zip(*_discs(solved, places, None), strict=True))
-        ]
+        for first in range(0, len(sets), TOGETHER):
+            for discs in _discs(solved, sets[first : first + TOGETHER]):
+                yield cls(hz, *discs, newtons)
 
     def level(self, finger: int, reference_hz: float) -> FloatArray:
         """What a finger gets of the loudest real drive at each of `hz`, m/N."""
@@ -222,20 +171,27 @@ def felt_of(moved: FloatArray) -> FloatArray:
 
 
 def _discs(
-    solved: Sequence[SolvedBoard], places: FloatArray, unpressed: FloatArray | None
-) -> tuple[tuple[ComplexArray, ...], tuple[ComplexArray, ...]]:
-    """`free` and `pushes` of a `FingerPlate` with fingers at places (fingers, 2), m."""
-    every = places if unpressed is None else np.concatenate((places, unpressed))
-    masks = finger_discs(solved[0].board, every)
-    targets = [(x / MM, y / MM) for x, y in places.tolist()]
-    free: list[list[ComplexArray]] = [[] for _ in masks]
-    pushes: list[list[ComplexArray]] = [[] for _ in masks]
+    solved: Sequence[SolvedBoard], sets: Sequence[Fingers]
+) -> list[tuple[tuple[ComplexArray, ...], tuple[ComplexArray, ...]]]:
+    """`free` and `pushes` of the `FingerPlate` of each set."""
+    of_set = np.repeat(range(len(sets)), [len(places) for places, _ in sets])
+    targets = [(x / MM, y / MM) for places, _ in sets for x, y in places.tolist()]
+    masks = [
+        finger_discs(solved[0].board, np.concatenate([own for own in one if own is not None]))
+        for one in sets
+    ]
+    pushes: list[list[list[ComplexArray]]] = [[[] for _ in own] for own in masks]
     for own in solved:
         answers = own.under_finger(targets)
-        for finger, mask in enumerate(masks):
-            free[finger].append(own.fields.values[:, mask].T)
-            pushes[finger].append(answers[:, mask].T)
-    return tuple(map(np.stack, free)), tuple(map(np.stack, pushes))
+        for k, discs in enumerate(pushes):
+            mine = answers[of_set == k]
+            for kept, mask in zip(discs, masks[k], strict=True):
+                kept.append(mine[:, mask].T)
+    free = [
+        tuple(np.stack([one.fields.values[:, mask].T for one in solved]) for mask in own)
+        for own in masks
+    ]
+    return [(own, tuple(map(np.stack, discs))) for own, discs in zip(free, pushes, strict=True)]
 
 
 def rms(felt: FloatArray) -> FloatArray:
@@ -289,6 +245,55 @@ def forces_of(board: Board, recording: Recording) -> FloatArray:
     whole = len(currents) // periods * periods
     means = currents[:whole].reshape(-1, periods, currents.shape[1]).mean(axis=1)
     return np.asarray(board.coil.force_factor * means * strengths(board))
+
+
+def aligned(
+    asked: FloatArray, sent: FloatArray, forces: FloatArray, latest_s: float
+) -> tuple[FloatArray, slice]:
+    """What a finger would feel of the asked samples, and when an answer to them lasts.
+
+    At `RATE_HZ`, as late as coils get them, on a plate that does just that. `sent` is what the
+    device makes of them, found in steps of forces, as those have no bias. A plate's answer may
+    begin earlier or later by its phase, and the first duty comes late: an effect begins softly.
+    """
+    count = len(forces)
+    shape, steps = np.diff(_at_rate(sent, count), append=0.0), np.diff(forces, axis=0, append=0.0)
+    most = min(round(latest_s * RATE_HZ), count - 1)
+    late = [float(np.linalg.norm(shape[: count - k] @ steps[k:])) for k in range(most + 1)]
+    begin = int(np.argmax(late))
+    lasts = round((len(asked) / SIGNAL_HZ + LATEST_S) * RATE_HZ)
+    moved = np.concatenate((np.zeros(begin), _at_rate(asked, count)[: count - begin]))
+    return felt_of(moved), slice(begin, min(begin + lasts, count))
+
+
+def _at_rate(samples: FloatArray, count: int) -> FloatArray:
+    """Samples at `RATE_HZ`, with zeros after them, shape (count,)."""
+    times, own = np.arange(count) / RATE_HZ, np.arange(len(samples)) / SIGNAL_HZ
+    return np.asarray(np.interp(times, own, samples, right=0.0))
+
+
+def common_level(
+    board: Board,
+    *,
+    solved: Sequence[SolvedBoard] | None = None,
+    progress: Progress | None = None,
+) -> tuple[FloatArray, FloatArray]:
+    """Hz, and the median over drawn places of the level under a pressing finger, 1 at the drive's.
+
+    Parameters
+    ----------
+    solved
+        The board `over_frequency`, if it is at hand.
+    """
+    solved = over_frequency(board, progress) if solved is None else solved
+    rng = np.random.default_rng(LEVEL_SEED)
+    places = finger_sets(board, 2, LEVEL_PLACES // 2, board.fingers_apart, rng).reshape(-1, 2)
+    hz, own = frequencies_of(solved), board.drive.frequency_hz
+    levels = []
+    for plate in FingerPlate.of_each(solved, [(place[None], None) for place in places], PRESS):
+        level = plate.level(0, own)
+        levels.append(level / np.interp(own, hz, level))
+    return hz, np.asarray(np.median(levels, axis=0))
 
 
 def envelope_error_db(asked: FloatArray, played: FloatArray) -> float:

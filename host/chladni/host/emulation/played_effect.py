@@ -19,15 +19,15 @@ from chladni.host.emulation.felt_over_time import (
     LATEST_S,
     RATE_HZ,
     FingerPlate,
-    Progress,
+    Fingers,
+    aligned,
     envelope_error_db,
-    felt_of,
     forces_of,
     loudest_away,
-    over_frequency,
     places_away,
     rms,
 )
+from chladni.host.emulation.over_frequency import Progress, over_frequency
 from chladni.host.emulation.recorded_effect import biases_of, recorded_effect
 from chladni.host.protocol.config import BIAS_RAMP_MS
 from chladni.sim.board.board import Board
@@ -38,6 +38,7 @@ from chladni.sim.image.metrics import decibel
 from chladni.tables.table import Table
 
 FloatArray = NDArray[np.float64]
+Solved = Sequence[SolvedBoard]
 
 RESTED_S = 0.1
 """For which a finger rests before its effect, once a switch's bias is up."""
@@ -124,9 +125,10 @@ def play_effect(
     rested: bool = False,
     unknown: bool = False,
     bank: bytes | None = None,
-    solved: Sequence[SolvedBoard] | None = None,
+    solved: Solved | None = None,
     hidden: HiddenPlate | None = None,
-    hidden_solved: Sequence[SolvedBoard] | None = None,
+    hidden_solved: Solved | None = None,
+    plates: tuple[FingerPlate, FingerPlate] | None = None,
     progress: Progress | None = None,
 ) -> PlayedEffect:
     """Put a finger down on an emulated device, which plays an effect under it.
@@ -165,6 +167,8 @@ def play_effect(
         board alone.
     hidden_solved
         As `solved`, of the hidden plate's board.
+    plates
+        Both with these fingers, if they are at hand (`FingerPlate.of_each`).
 
     Raises
     ------
@@ -177,11 +181,11 @@ def play_effect(
     check_can_play(table, board, other_mm)
     rests_s = 0.0 if bank else _rests_s(board, rested=rested, other_plays=other_plays)
     places = np.array([at_mm] if other_mm is None else [at_mm, other_mm]) * MM
-    solved = over_frequency(board, progress) if solved is None else solved
     away = places_away(board, at_mm) if unknown else None
-    plate = FingerPlate.of(solved, places, newtons, away)
+    of_both = (board, solved, hidden, hidden_solved)
+    known, plate = plates or _plates(*of_both, (places, away), newtons, progress)
     asked_samples, own_hz = effect.samples(SIGNAL_HZ), board.drive.frequency_hz
-    flat = flattened(asked_samples, SIGNAL_HZ, plate.hz, plate.level(0, own_hz), own_hz)
+    flat = flattened(asked_samples, SIGNAL_HZ, known.hz, known.level(0, own_hz), own_hz)
     emulator = Emulator(board, table, level=1.0, bank=bank or b"")
     bias_s = _bias_s(board, beside_another=other_mm is not None)
     sends = None if bank else (level, level_um)
@@ -192,9 +196,6 @@ def play_effect(
         begins = reported = reported + bias_s + rests_s
         bias_s = 0.0
     forces = _newtons(board, hidden, recording)
-    if hidden is not None:
-        solved = hidden_solved or over_frequency(hidden.board, progress)
-        plate = FingerPlate.of(solved, places, newtons, away)
     first = round(begins * RATE_HZ)
     first_s = _begins_s(forces[first:], rested=rests_s > 0.0)
     disc = plate.felt_um(forces, 0)[:, first:]
@@ -204,7 +205,7 @@ def play_effect(
     other = None if other_mm is None else rms(plate.felt_um(passed_on, 1)[:, first:])
     other_um = None if other is None else float(other.max())
     latest_s, sent = first_s + bias_s + LATEST_S, asked_samples if bank else flat
-    asked, playing = _aligned(level * asked_samples, sent, forces[first:], latest_s)
+    asked, playing = aligned(level * asked_samples, sent, forces[first:], latest_s)
     peak, risen, around = _sizes(own, playing)
     own_rms = rms(disc)[playing]
     return PlayedEffect(
@@ -224,6 +225,23 @@ def play_effect(
         rested=rests_s > 0.0,
         **({} if away is None else _far_finger(loudest_away(plate, forces, away, first), own_rms)),
     )
+
+
+def _plates(
+    board: Board,
+    solved: Solved | None,
+    hidden: HiddenPlate | None,
+    hidden_solved: Solved | None,
+    fingers: Fingers,
+    newtons: float,
+    progress: Progress | None,
+) -> tuple[FingerPlate, FingerPlate]:
+    """The plate that host and device know, and the one that fingers are on."""
+    over = [solved or over_frequency(board, progress)]
+    if hidden is not None:
+        over.append(hidden_solved or over_frequency(hidden.board, progress))
+    plates = [next(FingerPlate.of_each(own, [fingers], newtons)) for own in over]
+    return plates[0], plates[-1]
 
 
 def _sizes(own: FloatArray, playing: slice) -> tuple[float, float, float]:
@@ -317,28 +335,3 @@ def _bias_duty(board: Board, recording: Recording, stands_s: float) -> float | N
     if board.electronics.is_bridge:
         return None
     return float(recording.duty[round(stands_s * recording.carrier_hz)].max())
-
-
-def _aligned(
-    asked: FloatArray, sent: FloatArray, forces: FloatArray, latest_s: float
-) -> tuple[FloatArray, slice]:
-    """What a finger would feel of the asked samples, and when an answer to them lasts.
-
-    At `RATE_HZ`, as late as coils get them, on a plate that does just that. `sent` is what the
-    device makes of them, found in steps of forces, as those have no bias. A plate's answer may
-    begin earlier or later by its phase, and the first duty comes late: an effect begins softly.
-    """
-    count = len(forces)
-    shape, steps = np.diff(_at_rate(sent, count), append=0.0), np.diff(forces, axis=0, append=0.0)
-    most = min(round(latest_s * RATE_HZ), count - 1)
-    late = [float(np.linalg.norm(shape[: count - k] @ steps[k:])) for k in range(most + 1)]
-    begin = int(np.argmax(late))
-    lasts = round((len(asked) / SIGNAL_HZ + LATEST_S) * RATE_HZ)
-    moved = np.concatenate((np.zeros(begin), _at_rate(asked, count)[: count - begin]))
-    return felt_of(moved), slice(begin, min(begin + lasts, count))
-
-
-def _at_rate(samples: FloatArray, count: int) -> FloatArray:
-    """Samples at `RATE_HZ`, with zeros after them, shape (count,)."""
-    times, own = np.arange(count) / RATE_HZ, np.arange(len(samples)) / SIGNAL_HZ
-    return np.asarray(np.interp(times, own, samples, right=0.0))

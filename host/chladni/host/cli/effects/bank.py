@@ -87,7 +87,7 @@ def build(
 
 def _flattened(read: ReadBank, board: Board) -> ReadBank:
     """Effects that the board's places play as they are meant."""
-    from chladni.host.emulation.common_level import common_level  # noqa: PLC0415
+    from chladni.host.emulation.felt_over_time import common_level  # noqa: PLC0415
 
     with progress_bar("plate") as progress:
         hz, level = common_level(board, progress=progress)

@@ -18,10 +18,11 @@ from chladni.host.cli.common.finger_remarks import say_waves
 from chladni.host.cli.common.options import required
 from chladni.host.cli.common.output import Place, answer, by_name, progress_bar, say
 from chladni.host.cli.device.connection import Connection
-from chladni.host.cli.effects.presses import Press, bank_for, of_bank, of_effects
+from chladni.host.cli.effects.presses import Press, bank_for, of_bank, of_effects, plates_under
 from chladni.host.cli.effects.remarks import say_bias, say_short_places
 from chladni.host.cli.effects.setup import Setup, setup_of
 from chladni.host.cli.effects.verdicts import over_other_effect_db
+from chladni.host.emulation.felt_over_time import TOGETHER
 from chladni.host.emulation.played_effect import PlayedEffect, check_can_play
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ArgumentError, ConflictError, MissingError, StoppedError
@@ -277,10 +278,12 @@ def _played(setup: Setup, drawn: Drawn, how: dict[str, Any]) -> list[list[Played
     """What fingers have, of as many as were played when Ctrl-C ended it: each takes seconds."""
     check_can_play(setup.table, setup.board, drawn[0][0].other_mm)
     how, found = how | setup.solved(), []
-    with progress_bar("places" if drawn[0][0].other_mm is None else "pairs") as progress:
+    plates = plates_under([one for presses in drawn for one in presses], setup.board, how)
+    label = "places" if drawn[0][0].other_mm is None else "pairs"
+    with progress_bar(label, batch=TOGETHER // len(drawn[0])) as progress:
         try:
             for presses in drawn:
-                found.append([one.played(setup, how) for one in presses])
+                found.append([one.played(setup, how | {"plates": next(plates)}) for one in presses])
                 progress(len(found), len(drawn))
         except KeyboardInterrupt:
             if not found:

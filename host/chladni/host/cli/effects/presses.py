@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
+
+import numpy as np
 
 from chladni.effects.bank.bank_file import bank_bytes
 from chladni.effects.bank.unpack import unpack_bank
@@ -13,10 +15,12 @@ from chladni.host.cli.common.output import Place
 from chladni.host.cli.device.connection import Connection
 from chladni.host.cli.effects.remarks import say_off_board
 from chladni.host.cli.effects.setup import Setup
+from chladni.host.emulation.felt_over_time import FingerPlate, Fingers, places_away
 from chladni.host.emulation.played_effect import PlayedEffect, play_effect
 from chladni.host.emulation.recorded_effect import as_reported, effect_of_bank, silent_at
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
+from chladni.sim.board.quantity import MM
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,26 @@ class Press:
         """What the emulated device makes of it; `how` is as of `play_effect`, for all presses."""
         every = {"other_mm": self.other_mm, **how, **self.how}
         return play_effect(setup.table, setup.board, self.effect, self.at_mm, **every)
+
+
+def plates_under(
+    presses: Sequence[Press], board: Board, how: Mapping[str, Any]
+) -> Iterator[tuple[FingerPlate, FingerPlate]]:
+    """For each press the plates that `play_effect` takes, many solved for together.
+
+    `how`: as of `play_effect`, with what is `Setup.solved`.
+    """
+    sets: list[Fingers] = []
+    for one in presses:
+        places = [one.at_mm] if one.other_mm is None else [one.at_mm, one.other_mm]
+        away = places_away(board, one.at_mm) if how.get("unknown") else None
+        sets.append((np.array(places) * MM, away))
+    known = FingerPlate.of_each(how["solved"], sets, how["newtons"])
+    if how["hidden_solved"] is None:
+        yield from ((own, own) for own in known)
+    else:
+        there = FingerPlate.of_each(how["hidden_solved"], sets, how["newtons"])
+        yield from zip(known, there, strict=True)
 
 
 def bank_for(connection: Connection) -> bytes:

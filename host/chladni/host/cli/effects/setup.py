@@ -12,7 +12,7 @@ from chladni.calibration.hidden import HiddenPlate
 from chladni.host.cli.common.hidden_plates import named_plate
 from chladni.host.cli.common.output import Place, progress_bar, say
 from chladni.host.cli.device.connection import Connection
-from chladni.host.emulation.felt_over_time import plates_over_frequency
+from chladni.host.emulation.over_frequency import plates_over_frequency
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.effects.files import READERS, ReadEffect, read_effect
-from chladni.host.emulation.felt_over_time import RATE_HZ, over_frequency
+from chladni.host.emulation.felt_over_time import RATE_HZ
+from chladni.host.emulation.over_frequency import over_frequency
 from chladni.host.emulation.played_effect import PlayedEffect, play_effect
 from chladni.host.studio.boards.prepared import Prepared, ReadyBoard
 from chladni.host.studio.messages.requests import PlayEffect
