@@ -16,7 +16,7 @@ import numpy as np
 
 from chladni.drives.scoring.several_fingers.finger_sets import finger_sets
 from chladni.effects import shipped_effects
-from chladni.host.emulation.over_frequency import over_frequency
+from chladni.host.emulation.over_frequency import Plates
 from chladni.host.emulation.played_effect import play_effect
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
@@ -34,7 +34,7 @@ def main() -> None:
     for name in sys.argv[1:] or BOARDS:
         board = load_board(name)
         table = build_for(board, "fingers")[0]
-        solved = over_frequency(board)
+        plates = Plates.of(board)
         sets = finger_sets(board, 2, SETS, board.fingers_apart, np.random.default_rng(SEED)) / MM
         ways = (False,) if board.electronics.is_bridge else (False, True)
         for effect, rested in product(EFFECTS, ways):
@@ -46,7 +46,7 @@ def main() -> None:
                     (float(own[0]), float(own[1])),
                     other_mm=(float(other[0]), float(other[1])),
                     rested=rested,
-                    solved=solved,
+                    plates=plates,
                 )
                 for own, other in sets
             ]

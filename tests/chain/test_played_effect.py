@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -11,7 +10,7 @@ import numpy as np
 import pytest
 
 from chladni.calibration.hidden import HiddenPlate, given_plate
-from chladni.drives.problem.problem import SolvedBoard, solved_board
+from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet
 from chladni.effects import Area, Bank, Curve, Effect, Tone, shipped_effects
 from chladni.effects.bank.pack import pack_bank
@@ -19,9 +18,10 @@ from chladni.host.emulation import over_frequency as solving
 from chladni.host.emulation.closed_loop import run_alone
 from chladni.host.emulation.emulator import TouchEvent
 from chladni.host.emulation.felt_over_time import RATE_HZ, FingerPlate, envelope_error_db, rms
-from chladni.host.emulation.over_frequency import GRID_HZ, over_frequency
+from chladni.host.emulation.over_frequency import GRID_HZ, Plates, over_frequency
 from chladni.host.emulation.played_effect import PlayedEffect, play_effect
 from chladni.host.figures.effects import played_effects_figure
+from chladni.host.protocol.config import BIAS_RAMP_MS
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.coil.full_drive import full_drive
@@ -47,18 +47,18 @@ def table(board: Board, tmp_path_factory: pytest.TempPathFactory) -> Table:
 
 
 @pytest.fixture(scope="module")
-def solved(board: Board) -> list[SolvedBoard]:
-    return over_frequency(board)
+def plates(board: Board) -> Plates:
+    return Plates.of(board)
 
 
-def played(table: Table, board: Board, solved: Sequence[SolvedBoard], name: str) -> PlayedEffect:
-    return play_effect(table, board, shipped_effects()[name], HERE, other_mm=THERE, solved=solved)
+def played(table: Table, board: Board, plates: Plates, name: str) -> PlayedEffect:
+    return play_effect(table, board, shipped_effects()[name], HERE, other_mm=THERE, plates=plates)
 
 
 def test_a_click_reaches_its_finger_in_time_and_leaves_the_other_still(
-    table: Table, board: Board, solved: list[SolvedBoard]
+    table: Table, board: Board, plates: Plates
 ) -> None:
-    found = played(table, board, solved, "click")
+    found = played(table, board, plates, "click")
     assert found.other_um is not None
     assert found.isolation_db is not None
     assert found.isolation_db > 30.0
@@ -81,18 +81,18 @@ def test_a_click_reaches_its_finger_in_time_and_leaves_the_other_still(
 
 
 def test_a_switchs_bias_stands_before_an_effect_and_is_told_apart(
-    table: Table, board: Board, solved: list[SolvedBoard]
+    table: Table, board: Board, plates: Plates
 ) -> None:
     """Half of full scale and what rounding needs; bridges have none."""
-    bridged = played(table, board, solved, "click")
+    bridged = played(table, board, plates, "click")
     assert bridged.bias_duty is None
     own = load_board(SWITCHED / "strip5.toml").electronics
-    found = played(table, replace(board, electronics=own), solved, "click")
+    found = played(table, replace(board, electronics=own), plates, "click")
     assert found.bias_duty is not None
     assert found.bias_um is not None
     assert found.isolation_db is not None
     assert 0.4 < found.bias_duty < 0.55
-    assert 20.0 < found.rise_ms < 20.0 + 4.7 + 2.1 + 1.0
+    assert BIAS_RAMP_MS < found.rise_ms < BIAS_RAMP_MS + 4.7 + 2.1 + 1.0
     assert found.isolation_db > 25.0
     assert found.bias_um < 0.5 * found.peak_um
     # Its end, which a finger feels with the click, is over once the finger has rested.
@@ -103,7 +103,7 @@ def test_a_switchs_bias_stands_before_an_effect_and_is_told_apart(
         HERE,
         other_mm=THERE,
         rested=True,
-        solved=solved,
+        plates=plates,
     )
     assert rested.isolation_db is not None
     assert rested.isolation_db > found.isolation_db + 1.0
@@ -118,9 +118,9 @@ def test_a_switchs_bias_stands_before_an_effect_and_is_told_apart(
 
 @pytest.mark.parametrize("name", ["pulse", "sweep", "thud"])
 def test_an_envelope_is_met_within_a_decibel(
-    table: Table, board: Board, solved: list[SolvedBoard], name: str
+    table: Table, board: Board, plates: Plates, name: str
 ) -> None:
-    found = played(table, board, solved, name)
+    found = played(table, board, plates, name)
     assert found.envelope_error_db is not None
     assert found.envelope_error_db < 1.0
     assert found.isolation_db is not None
@@ -128,11 +128,11 @@ def test_an_envelope_is_met_within_a_decibel(
 
 
 def test_a_steady_tone_moves_a_finger_as_the_plate_at_its_frequency_says(
-    board: Board, solved: list[SolvedBoard]
+    board: Board, plates: Plates
 ) -> None:
     """Against the exact solution between two of the frequencies that are known."""
     places = np.array([HERE, THERE]) * 1e-3
-    plate = FingerPlate.of(solved, places, 1.0)
+    plate = FingerPlate.of(plates.known, places, 1.0)
     for hz in (71.0, 150.0, 233.0):
         exact = FingerSet.of(
             solved_board(board).at_frequency(hz), places, pressing_stiffness(1.0, hz)
@@ -152,14 +152,14 @@ def test_a_steady_tone_moves_a_finger_as_the_plate_at_its_frequency_says(
 
 @pytest.mark.soak
 def test_more_frequencies_change_little(
-    board: Board, solved: list[SolvedBoard], monkeypatch: pytest.MonkeyPatch
+    board: Board, plates: Plates, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     places = np.array([HERE, THERE]) * 1e-3
     t = np.arange(round(0.2 * RATE_HZ)) / RATE_HZ
     click = np.where(t < 1.5 / 160.0, np.sin(np.pi * t * 160.0 / 1.5) ** 2, 0.0)
     forces = np.zeros((len(t), len(board.actuators)))
     forces[:, 0] = click * np.sin(2.0 * np.pi * 160.0 * t)
-    coarse = rms(FingerPlate.of(solved, places, 1.0).felt_um(forces, 0))
+    coarse = rms(FingerPlate.of(plates.known, places, 1.0).felt_um(forces, 0))
     more = sorted({*GRID_HZ, *(0.5 * (a + b) for a, b in pairwise(GRID_HZ))})
     monkeypatch.setattr(solving, "GRID_HZ", tuple(more))
     fine = rms(FingerPlate.of(over_frequency(board), places, 1.0).felt_um(forces, 0))
@@ -202,12 +202,10 @@ def test_the_command_plays_and_draws(chladni: CommandLine, table: Table, tmp_pat
         assert (refused.code, said in refused.err) == (2, True), refused.err
 
 
-def test_a_tone_of_less_level_is_as_much_weaker(
-    table: Table, board: Board, solved: list[SolvedBoard]
-) -> None:
+def test_a_tone_of_less_level_is_as_much_weaker(table: Table, board: Board, plates: Plates) -> None:
     tone = Effect("tone", (Tone(0.0, 0.2, Curve.constant(1.0), Curve.constant(160.0)),))
     loud, soft = (
-        play_effect(table, board, tone, HERE, level=level, solved=solved).peak_um
+        play_effect(table, board, tone, HERE, level=level, plates=plates).peak_um
         for level in (1.0, 0.25)
     )
     assert soft == pytest.approx(0.25 * loud, rel=0.03)
@@ -215,14 +213,14 @@ def test_a_tone_of_less_level_is_as_much_weaker(
 
 @pytest.mark.parametrize("other", [None, THERE])
 def test_an_area_or_a_host_in_micrometres_moves_a_finger_by_as_much(
-    table: Table, board: Board, solved: list[SolvedBoard], other: tuple[float, float] | None
+    table: Table, board: Board, plates: Plates, other: tuple[float, float] | None
 ) -> None:
     """By the plate that is solved with the fingers on it; the device knows it from its table."""
     tone = Effect("tone", (Tone(0.0, 0.2, Curve.constant(1.0), Curve.constant(160.0)),))
     for um in (2.0, 6.0):
         bank = pack_bank(Bank("b", {"tone": tone}, (Area("all", press="tone", level_um=um),)))
-        kept = play_effect(table, board, tone, HERE, other_mm=other, bank=bank, solved=solved)
-        sent = play_effect(table, board, tone, HERE, other_mm=other, level_um=um, solved=solved)
+        kept = play_effect(table, board, tone, HERE, other_mm=other, bank=bank, plates=plates)
+        sent = play_effect(table, board, tone, HERE, other_mm=other, level_um=um, plates=plates)
         for found in (kept, sent):
             # Where a tone begins and ends it swings over.
             steady = np.abs(found.own_um[(found.t_s > 0.08) & (found.t_s < 0.16)]).max()
@@ -283,21 +281,23 @@ def test_a_board_without_a_coil_is_refused(table: Table, board: Board) -> None:
 
 
 def test_fingers_are_on_a_plate_that_the_device_does_not_know(
-    table: Table, board: Board, solved: Sequence[SolvedBoard]
+    table: Table, board: Board, plates: Plates
 ) -> None:
     """On the board itself with coils wired the wrong way round and half as strong."""
     count = len(board.actuators)
     wrong = HiddenPlate(board, np.full(count, -0.5), np.ones(count), 0, "wrong")
     effect = shipped_effects()["click"]
     known, hidden = (
-        play_effect(table, board, effect, HERE, solved=solved, hidden=plate)
+        play_effect(
+            table, board, effect, HERE, plates=replace(plates, hidden=plate, below=plates.known)
+        )
         for plate in (None, wrong)
     )
     assert hidden.own_um == pytest.approx(-0.5 * known.own_um, abs=1e-6 * known.peak_um)
 
 
 def test_a_weak_coil_that_its_device_makes_up_for_takes_level_and_nothing_else(
-    table: Table, board: Board, solved: Sequence[SolvedBoard]
+    table: Table, board: Board, plates: Plates
 ) -> None:
     """A coil of half its force, written into the file, on the plate that has it: as one is drawn,
     at half the level, and as the model says."""
@@ -305,7 +305,14 @@ def test_a_weak_coil_that_its_device_makes_up_for_takes_level_and_nothing_else(
     weak = replace(board, actuators=(replace(first, trim_db=20.0 * np.log10(2.0)), *others))
     effect = shipped_effects()["pulse"]
     full, half = (
-        play_effect(table, own, effect, HERE, other_mm=THERE, solved=solved, hidden=plate)
+        play_effect(
+            table,
+            own,
+            effect,
+            HERE,
+            other_mm=THERE,
+            plates=plates if plate is None else Plates.of(own, plate),
+        )
         for own, plate in ((board, None), (weak, given_plate(board, weak)))
     )
     assert half.peak_um == pytest.approx(0.5 * full.peak_um, rel=0.02)
@@ -316,7 +323,7 @@ def test_a_weak_coil_that_its_device_makes_up_for_takes_level_and_nothing_else(
     assert newtons[1] is not None
     # Of the supply's limit it leaves more than others take, of any other one nothing.
     assert 0.5 <= newtons[1].newtons / newtons[0].newtons < 0.75
-    said = play_effect(table, weak, effect, HERE, other_mm=THERE, solved=solved)
+    said = play_effect(table, weak, effect, HERE, other_mm=THERE, plates=plates)
     assert said.peak_um == pytest.approx(half.peak_um, rel=1e-6)
 
 

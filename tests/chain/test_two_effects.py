@@ -20,7 +20,7 @@ from chladni.host.cli.effects.setup import Setup
 from chladni.host.emulation import over_frequency as solving
 from chladni.host.emulation.emulator import Emulator, TouchEvent
 from chladni.host.emulation.felt_over_time import forces_of
-from chladni.host.emulation.over_frequency import over_frequency, plates_over_frequency
+from chladni.host.emulation.over_frequency import Plates
 from chladni.host.emulation.played_effect import play_effect
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -147,7 +147,7 @@ def test_fingers_with_an_effect_each_have_rested_where_switches_have_a_bias(
 ) -> None:
     """As on a real device: the bias of both stands, and each click is found and told from it."""
     switched = replace(board, electronics=load_board(SWITCHED / "strip5.toml").electronics)
-    solved, click = over_frequency(board), shipped_effects()["click"]
+    plates, click = Plates.of(board), shipped_effects()["click"]
     bridged, touched, rested = (
         play_effect(
             table,
@@ -157,7 +157,7 @@ def test_fingers_with_an_effect_each_have_rested_where_switches_have_a_bias(
             other_mm=THERE,
             other_plays=True,
             rested=is_rested,
-            solved=solved,
+            plates=plates,
         )
         for own, is_rested in ((board, False), (switched, False), (switched, True))
     )
@@ -179,13 +179,14 @@ def test_a_board_and_its_hidden_plate_are_one_progress(
 ) -> None:
     monkeypatch.setattr(solving, "GRID_HZ", (80.0, 120.0, 160.0, 200.0))
     told: list[tuple[int, int]] = []
-    own, below = plates_over_frequency(
-        board, board, lambda done, of_all: told.append((done, of_all))
-    )
-    assert below is not None
+    count = len(board.actuators)
+    hidden = HiddenPlate(board, np.ones(count), np.ones(count), 0, "its twin")
+    found = Plates.of(board, hidden, lambda done, of_all: told.append((done, of_all)))
+    assert found.below is not None
+    every = len(found.known) + len(found.below)
     assert told[:2] == [(0, 8), (1, 8)]
-    assert [done for done, _ in told] == list(range(len(own) + len(below) + 1))
-    assert told[-1] == (len(own) + len(below),) * 2
+    assert [done for done, _ in told] == list(range(every + 1))
+    assert told[-1] == (every, every)
 
 
 def test_pairs_are_on_a_plate_that_the_device_does_not_know(table: Table, board: Board) -> None:
@@ -194,7 +195,7 @@ def test_pairs_are_on_a_plate_that_the_device_does_not_know(table: Table, board:
     weak = HiddenPlate(board, np.full(count, 0.5), np.ones(count), 0, "weak")
     (press, _) = of_effects([shipped_effects()[name] for name in ("click", "tick")], [HERE, THERE])
     known, hidden = (
-        press.played(setup, setup.solved())
+        press.played(setup, {"plates": setup.plates()})
         for setup in (Setup(table, board, plate, None, None) for plate in (None, weak))
     )
     assert hidden.peak_um == pytest.approx(0.5 * known.peak_um, rel=1e-6)

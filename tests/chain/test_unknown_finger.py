@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from chladni.drives.methods import SEED
-from chladni.drives.problem.problem import SolvedBoard, solved_board
+from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.kept_focus import click_20mm_db, click_um
 from chladni.drives.scoring.several_fingers.finger_sets import (
     finger_discs,
@@ -19,7 +19,7 @@ from chladni.drives.scoring.several_fingers.finger_sets import (
 from chladni.effects import Curve, Effect, Tone, shipped_effects
 from chladni.host.emulation import felt_over_time
 from chladni.host.emulation.felt_over_time import RATE_HZ, FingerPlate, rms
-from chladni.host.emulation.over_frequency import over_frequency
+from chladni.host.emulation.over_frequency import Plates
 from chladni.host.emulation.played_effect import check_can_play, play_effect
 from chladni.host.emulation.table_score import played_drives
 from chladni.sim.board.board import Board
@@ -43,8 +43,8 @@ def board() -> Board:
 
 
 @pytest.fixture(scope="module")
-def solved(board: Board) -> list[SolvedBoard]:
-    return over_frequency(board)
+def plates(board: Board) -> Plates:
+    return Plates.of(board)
 
 
 @pytest.fixture(scope="module")
@@ -55,10 +55,10 @@ def path(board: Board, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_an_unpressed_disc_moves_as_the_plate_under_the_finger_says(
-    board: Board, solved: list[SolvedBoard]
+    board: Board, plates: Plates
 ) -> None:
     """Against the exact solution between two known frequencies, over each disc."""
-    plate = FingerPlate.of(solved, np.array([HERE]) * MM, PRESSED, BESIDE * MM)
+    plate = FingerPlate.of(plates.known, np.array([HERE]) * MM, PRESSED, BESIDE * MM)
     assert len(plate.free) == 3
     hz = 150.0
     own = solved_board(board).at_frequency(hz)
@@ -79,12 +79,12 @@ def test_an_unpressed_disc_moves_as_the_plate_under_the_finger_says(
 
 
 def test_the_loudest_other_finger_is_found_wherever_it_lies(
-    board: Board, solved: list[SolvedBoard], monkeypatch: pytest.MonkeyPatch
+    board: Board, plates: Plates, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The dB are the peak's over it, and a device that knows of a finger there keeps it still."""
     table = responses_table(board, pitch=7e-3, bits=12)[0]
     tone = Effect("tone", (Tone(0.0, 0.25, Curve.constant(1.0), Curve.constant(150.0)),))
-    found = play_effect(table, board, tone, HERE, unknown=True, solved=solved)
+    found = play_effect(table, board, tone, HERE, unknown=True, plates=plates)
     assert found.second_finger_20mm_um is not None
     assert found.second_finger_20mm_db is not None
     own = found.own_um[(found.t_s > 0.1) & (found.t_s < 0.2)]
@@ -96,22 +96,22 @@ def test_the_loudest_other_finger_is_found_wherever_it_lies(
     far_mm = np.subtract(found.second_finger_20mm_at_mm, HERE)
     assert np.hypot(*far_mm) >= 20.0
     beside = play_effect(
-        *(table, board, tone, HERE), other_mm=found.second_finger_20mm_at_mm, solved=solved
+        *(table, board, tone, HERE), other_mm=found.second_finger_20mm_at_mm, plates=plates
     )
     # The device knows of that one, and keeps it still.
     assert beside.other_peak_um is not None
     assert beside.other_peak_um < 0.5 * found.second_finger_20mm_um
-    plain = play_effect(table, board, tone, HERE, solved=solved)
+    plain = play_effect(table, board, tone, HERE, plates=plates)
     assert plain.second_finger_20mm_db is None
     np.testing.assert_allclose(plain.own_um, found.own_um, atol=1e-9)
     # A board that is no larger than a finger has no place for another.
     monkeypatch.setattr(felt_over_time, "FAR_FINGER", 60e-3)
-    alone = play_effect(table, board, tone, HERE, unknown=True, solved=solved)
+    alone = play_effect(table, board, tone, HERE, unknown=True, plates=plates)
     assert alone.second_finger_20mm_um is None
 
 
 def test_a_click_beside_one_finger_is_reckoned_within_3_db_of_the_pins(
-    board: Board, solved: list[SolvedBoard]
+    board: Board, plates: Plates
 ) -> None:
     """A score reckons it from one frequency, under the same press."""
     table = build_table(board, objective="focus", jobs=1)[0]
@@ -120,7 +120,7 @@ def test_a_click_beside_one_finger_is_reckoned_within_3_db_of_the_pins(
     score = click_20mm_db(solved_board(board), places, drives)
     click = shipped_effects()["click"]
     played = [
-        play_effect(table, board, click, (x / MM, y / MM), unknown=True, solved=solved)
+        play_effect(table, board, click, (x / MM, y / MM), unknown=True, plates=plates)
         for x, y in places
     ]
     levels = [own.second_finger_20mm_db for own in played if own.second_finger_20mm_db is not None]

@@ -13,11 +13,10 @@ import pytest
 from playwright.sync_api import Page, expect
 from websockets.sync.client import ClientConnection
 
-from chladni.drives.problem.problem import SolvedBoard
 from chladni.effects.files import read_effect, shipped_effects
 from chladni.effects.wav_file import to_wav
 from chladni.host.emulation.felt_over_time import RATE_HZ
-from chladni.host.emulation.over_frequency import over_frequency
+from chladni.host.emulation.over_frequency import Plates
 from chladni.host.emulation.played_effect import PlayedEffect, play_effect
 from chladni.host.studio.boards.prepared import ReadyBoard
 from studio.conftest import Studio
@@ -27,14 +26,14 @@ AT = [10.0, 25.0]
 
 
 @pytest.fixture(scope="module")
-def solved(ready: ReadyBoard) -> list[SolvedBoard]:
-    return over_frequency(ready.board)
+def plates(ready: ReadyBoard) -> Plates:
+    return Plates.of(ready.board)
 
 
 @pytest.fixture(scope="module")
-def click(ready: ReadyBoard, solved: list[SolvedBoard]) -> PlayedEffect:
+def click(ready: ReadyBoard, plates: Plates) -> PlayedEffect:
     effect = shipped_effects()["click"]
-    return play_effect(ready.table, ready.board, effect, (10.0, 25.0), level=0.5, solved=solved)
+    return play_effect(ready.table, ready.board, effect, (10.0, 25.0), level=0.5, plates=plates)
 
 
 def ask(own: ClientConnection, **message: Any) -> None:
@@ -65,7 +64,7 @@ def test_a_page_gets_what_python_plays(studio: Studio, click: PlayedEffect) -> N
 
 @pytest.mark.parametrize("ending", [".wav", ".toml"])
 def test_a_file_of_the_page_plays_as_from_a_disk(
-    studio: Studio, ready: ReadyBoard, solved: list[SolvedBoard], tmp_path: Path, ending: str
+    studio: Studio, ready: ReadyBoard, plates: Plates, tmp_path: Path, ending: str
 ) -> None:
     toml = "[[tone]]\nat_ms = 0\nlasts_ms = 60\namplitude = [[0, 0], [60, 1]]\nfrequency_hz = 120\n"
     path = tmp_path / f"own{ending}"
@@ -74,7 +73,12 @@ def test_a_file_of_the_page_plays_as_from_a_disk(
     with opened(studio) as own:
         felt = effect(own, 7, name=f"own{ending}", data=base64.b64encode(data).decode())
     found = play_effect(
-        ready.table, ready.board, read_effect(path).effect, (10.0, 25.0), level=0.5, solved=solved
+        ready.table,
+        ready.board,
+        read_effect(path).effect,
+        (10.0, 25.0),
+        level=0.5,
+        plates=plates,
     )
     np.testing.assert_allclose(felt["own_um"], found.own_um, atol=1e-4)
 

@@ -26,7 +26,7 @@ from chladni.drives.scoring.several_fingers.finger_sets import (
 )
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.host.emulation.emulator import Recording
-from chladni.host.emulation.over_frequency import Progress, frequencies_of, over_frequency
+from chladni.host.emulation.over_frequency import Plates, Progress, frequencies_of, over_frequency
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.coil.circuit import circuit_of
@@ -162,6 +162,17 @@ class FingerPlate:
     def felt_um(self, forces: FloatArray, finger: int) -> FloatArray:
         """As `moved`, of what moves it above 40 Hz, µm."""
         return felt_of(self.moved(forces, finger)) / MICROMETRE
+
+
+def fingers_on(
+    plates: Plates, sets: Sequence[Fingers], newtons: float
+) -> Iterator[tuple[FingerPlate, FingerPlate]]:
+    """`FingerPlate.of_each` of both plates; the same one twice where none is hidden."""
+    known = FingerPlate.of_each(plates.known, sets, newtons)
+    if plates.below is None:
+        yield from ((own, own) for own in known)
+    else:
+        yield from zip(known, FingerPlate.of_each(plates.below, sets, newtons), strict=True)
 
 
 def felt_of(moved: FloatArray) -> FloatArray:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from chladni.calibration.hidden import HiddenPlate
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.effects.low_pass import EDGE_HZ
 from chladni.sim.board.board import Board
@@ -45,18 +47,38 @@ def over_frequency(board: Board, progress: Progress | None = None) -> list[Solve
     return [found[hz] for hz in sorted(found)]
 
 
-def plates_over_frequency(
-    board: Board, hidden: Board | None, progress: Progress
-) -> tuple[list[SolvedBoard], list[SolvedBoard] | None]:
-    """A board `over_frequency`, and the hidden plate that fingers are on: one progress of both."""
-    if hidden is None:
-        return over_frequency(board, progress), None
-    progress(0, 2 * len(GRID_HZ))
-    # It takes up to three times as long. Estimates that begin with it become shorter.
-    solved = over_frequency(hidden, lambda done, count: progress(done, count + len(GRID_HZ)))
-    first = len(solved)
-    own = over_frequency(board, lambda done, count: progress(first + done, first + count))
-    return own, solved
+@dataclass(frozen=True)
+class Plates:
+    """The board that host and device know, and the plate that fingers are on, over frequency.
+
+    Attributes
+    ----------
+    known
+        The board `over_frequency`.
+    hidden
+        The plate; None where it is the board's own.
+    below
+        As `known`, of the hidden plate's board.
+    """
+
+    known: Sequence[SolvedBoard]
+    hidden: HiddenPlate | None = None
+    below: Sequence[SolvedBoard] | None = None
+
+    @classmethod
+    def of(
+        cls, board: Board, hidden: HiddenPlate | None = None, progress: Progress | None = None
+    ) -> Plates:
+        """Both are solved, with one progress."""
+        if hidden is None:
+            return cls(over_frequency(board, progress))
+        tell = progress or (lambda done, count: None)
+        tell(0, 2 * len(GRID_HZ))
+        # It takes up to three times as long. Estimates that begin with it become shorter.
+        below = over_frequency(hidden.board, lambda done, count: tell(done, count + len(GRID_HZ)))
+        first = len(below)
+        known = over_frequency(board, lambda done, count: tell(first + done, first + count))
+        return cls(known, hidden, below)
 
 
 def frequencies_of(solved: Sequence[SolvedBoard]) -> FloatArray:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.calibration.hidden import HiddenPlate
-from chladni.drives.problem.problem import SolvedBoard
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.effect import Effect, Noise
 from chladni.effects.flatten import flattened
@@ -19,15 +17,15 @@ from chladni.host.emulation.felt_over_time import (
     LATEST_S,
     RATE_HZ,
     FingerPlate,
-    Fingers,
     aligned,
     envelope_error_db,
+    fingers_on,
     forces_of,
     loudest_away,
     places_away,
     rms,
 )
-from chladni.host.emulation.over_frequency import Progress, over_frequency
+from chladni.host.emulation.over_frequency import Plates
 from chladni.host.emulation.recorded_effect import biases_of, recorded_effect
 from chladni.host.protocol.config import BIAS_RAMP_MS
 from chladni.sim.board.board import Board
@@ -38,7 +36,6 @@ from chladni.sim.image.metrics import decibel
 from chladni.tables.table import Table
 
 FloatArray = NDArray[np.float64]
-Solved = Sequence[SolvedBoard]
 
 RESTED_S = 0.1
 """For which a finger rests before its effect, once a switch's bias is up."""
@@ -125,11 +122,8 @@ def play_effect(
     rested: bool = False,
     unknown: bool = False,
     bank: bytes | None = None,
-    solved: Solved | None = None,
-    hidden: HiddenPlate | None = None,
-    hidden_solved: Solved | None = None,
-    plates: tuple[FingerPlate, FingerPlate] | None = None,
-    progress: Progress | None = None,
+    plates: Plates | None = None,
+    under: tuple[FingerPlate, FingerPlate] | None = None,
 ) -> PlayedEffect:
     """Put a finger down on an emulated device, which plays an effect under it.
 
@@ -160,15 +154,11 @@ def play_effect(
     bank
         In the device's flash, and `effect` is what it has there (`effect_of_bank`): no host sends
         anything, and the place's own level is not taken out.
-    solved
-        The board `over_frequency`, if it is at hand.
-    hidden
-        The plate that the fingers are on; the board's own by default. Host and device know the
-        board alone.
-    hidden_solved
-        As `solved`, of the hidden plate's board.
     plates
-        Both with these fingers, if they are at hand (`FingerPlate.of_each`).
+        The board, and the plate that fingers are on; by default the board's own. Host and device
+        know the board alone.
+    under
+        Both plates with these fingers, if they are at hand (`fingers_on`).
 
     Raises
     ------
@@ -182,8 +172,8 @@ def play_effect(
     rests_s = 0.0 if bank else _rests_s(board, rested=rested, other_plays=other_plays)
     places = np.array([at_mm] if other_mm is None else [at_mm, other_mm]) * MM
     away = places_away(board, at_mm) if unknown else None
-    of_both = (board, solved, hidden, hidden_solved)
-    known, plate = plates or _plates(*of_both, (places, away), newtons, progress)
+    plates = plates or Plates.of(board)
+    known, plate = under or next(fingers_on(plates, [(places, away)], newtons))
     asked_samples, own_hz = effect.samples(SIGNAL_HZ), board.drive.frequency_hz
     flat = flattened(asked_samples, SIGNAL_HZ, known.hz, known.level(0, own_hz), own_hz)
     emulator = Emulator(board, table, level=1.0, bank=bank or b"")
@@ -195,13 +185,13 @@ def play_effect(
     if rests_s > 0.0:
         begins = reported = reported + bias_s + rests_s
         bias_s = 0.0
-    forces = _newtons(board, hidden, recording)
+    forces = _newtons(board, plates.hidden, recording)
     first = round(begins * RATE_HZ)
     first_s = _begins_s(forces[first:], rested=rests_s > 0.0)
     disc = plate.felt_um(forces, 0)[:, first:]
     own = disc.mean(axis=0)
     biases = biases_of(board, table, bank, flat, at_mm, other_mm if other_plays else None)
-    passed_on = forces - (0.0 if biases is None else _newtons(board, hidden, biases))
+    passed_on = forces - (0.0 if biases is None else _newtons(board, plates.hidden, biases))
     other = None if other_mm is None else rms(plate.felt_um(passed_on, 1)[:, first:])
     other_um = None if other is None else float(other.max())
     latest_s, sent = first_s + bias_s + LATEST_S, asked_samples if bank else flat
@@ -225,23 +215,6 @@ def play_effect(
         rested=rests_s > 0.0,
         **({} if away is None else _far_finger(loudest_away(plate, forces, away, first), own_rms)),
     )
-
-
-def _plates(
-    board: Board,
-    solved: Solved | None,
-    hidden: HiddenPlate | None,
-    hidden_solved: Solved | None,
-    fingers: Fingers,
-    newtons: float,
-    progress: Progress | None,
-) -> tuple[FingerPlate, FingerPlate]:
-    """The plate that host and device know, and the one that fingers are on."""
-    over = [solved or over_frequency(board, progress)]
-    if hidden is not None:
-        over.append(hidden_solved or over_frequency(hidden.board, progress))
-    plates = [next(FingerPlate.of_each(own, [fingers], newtons)) for own in over]
-    return plates[0], plates[-1]
 
 
 def _sizes(own: FloatArray, playing: slice) -> tuple[float, float, float]:

@@ -18,7 +18,7 @@ from chladni.host.cli.common.finger_remarks import say_waves
 from chladni.host.cli.common.options import required
 from chladni.host.cli.common.output import Place, answer, by_name, progress_bar, say
 from chladni.host.cli.device.connection import Connection
-from chladni.host.cli.effects.presses import Press, bank_for, of_bank, of_effects, plates_under
+from chladni.host.cli.effects.presses import Press, bank_for, each_under, of_bank, of_effects
 from chladni.host.cli.effects.remarks import say_bias, say_short_places
 from chladni.host.cli.effects.setup import Setup, setup_of
 from chladni.host.cli.effects.verdicts import over_other_effect_db
@@ -277,13 +277,15 @@ def _drawn(
 def _played(setup: Setup, drawn: Drawn, how: dict[str, Any]) -> list[list[PlayedEffect]]:
     """What fingers have, of as many as were played when Ctrl-C ended it: each takes seconds."""
     check_can_play(setup.table, setup.board, drawn[0][0].other_mm)
-    how, found = how | setup.solved(), []
-    plates = plates_under([one for presses in drawn for one in presses], setup.board, how)
+    plates, found = setup.plates(), []
+    every = [one for presses in drawn for one in presses]
+    under = each_under(plates, every, how["newtons"], unknown=bool(how.get("unknown")))
+    how |= {"plates": plates}
     label = "places" if drawn[0][0].other_mm is None else "pairs"
     with progress_bar(label, batch=TOGETHER // len(drawn[0])) as progress:
         try:
             for presses in drawn:
-                found.append([one.played(setup, how | {"plates": next(plates)}) for one in presses])
+                found.append([one.played(setup, how | {"under": next(under)}) for one in presses])
                 progress(len(found), len(drawn))
         except KeyboardInterrupt:
             if not found:

@@ -52,7 +52,7 @@ def play_emulated(
     say_waves(setup.board)
     presses = of_effects([one.effect for one in reads], places)
     check_can_play(setup.table, setup.board, presses[0].other_mm)
-    how |= setup.solved() | _asked(setup, places)
+    how |= {"plates": setup.plates()} | _asked(setup, places)
     found = [one.played(setup, how) for one in presses]
     say_less_than_asked(found, [how["level_um"]] * len(found))
     say_bias(found, setup.board)
@@ -86,7 +86,7 @@ def play_emulated_bank(
     for one in presses:
         say_filtered(one.effect)
     say_waves(setup.board)
-    how = setup.solved() | _asked(setup, places) | {"newtons": newtons}
+    how = {"plates": setup.plates(), "newtons": newtons} | _asked(setup, places)
     found = [one.played(setup, how) for one in presses]
     say_unflattened(found)
     say_bias(found, setup.board)

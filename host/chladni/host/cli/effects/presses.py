@@ -15,7 +15,8 @@ from chladni.host.cli.common.output import Place
 from chladni.host.cli.device.connection import Connection
 from chladni.host.cli.effects.remarks import say_off_board
 from chladni.host.cli.effects.setup import Setup
-from chladni.host.emulation.felt_over_time import FingerPlate, Fingers, places_away
+from chladni.host.emulation.felt_over_time import FingerPlate, Fingers, fingers_on, places_away
+from chladni.host.emulation.over_frequency import Plates
 from chladni.host.emulation.played_effect import PlayedEffect, play_effect
 from chladni.host.emulation.recorded_effect import as_reported, effect_of_bank, silent_at
 from chladni.sim.board.board import Board
@@ -49,24 +50,19 @@ class Press:
         return play_effect(setup.table, setup.board, self.effect, self.at_mm, **every)
 
 
-def plates_under(
-    presses: Sequence[Press], board: Board, how: Mapping[str, Any]
+def each_under(
+    plates: Plates, presses: Sequence[Press], newtons: float, *, unknown: bool
 ) -> Iterator[tuple[FingerPlate, FingerPlate]]:
-    """For each press the plates that `play_effect` takes, many solved for together.
+    """For each press the plates with its fingers on, as `play_effect` takes them.
 
-    `how`: as of `play_effect`, with what is `Setup.solved`.
+    Many are solved for together. `unknown`: with all other places, too.
     """
     sets: list[Fingers] = []
     for one in presses:
         places = [one.at_mm] if one.other_mm is None else [one.at_mm, one.other_mm]
-        away = places_away(board, one.at_mm) if how.get("unknown") else None
+        away = places_away(plates.known[0].board, one.at_mm) if unknown else None
         sets.append((np.array(places) * MM, away))
-    known = FingerPlate.of_each(how["solved"], sets, how["newtons"])
-    if how["hidden_solved"] is None:
-        yield from ((own, own) for own in known)
-    else:
-        there = FingerPlate.of_each(how["hidden_solved"], sets, how["newtons"])
-        yield from zip(known, there, strict=True)
+    return fingers_on(plates, sets, newtons)
 
 
 def bank_for(connection: Connection) -> bytes:

@@ -12,7 +12,7 @@ from chladni.calibration.hidden import HiddenPlate
 from chladni.host.cli.common.hidden_plates import named_plate
 from chladni.host.cli.common.output import Place, progress_bar, say
 from chladni.host.cli.device.connection import Connection
-from chladni.host.emulation.over_frequency import plates_over_frequency
+from chladni.host.emulation.over_frequency import Plates
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
@@ -45,12 +45,10 @@ class Setup:
     hidden: str | None
     file: Path | None
 
-    def solved(self) -> dict[str, Any]:
-        """The plates over frequency, as `play_effect` takes them."""
-        below = None if self.plate is None else self.plate.board
-        with progress_bar("plate" if below is None else "plates") as progress:
-            own, hidden = plates_over_frequency(self.board, below, progress)
-        return {"solved": own, "hidden": self.plate, "hidden_solved": hidden}
+    def plates(self) -> Plates:
+        """As `play_effect` takes them."""
+        with progress_bar("plate" if self.plate is None else "plates") as progress:
+            return Plates.of(self.board, self.plate, progress)
 
     @property
     def title(self) -> str:

@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.problem.problem import SolvedBoard
 from chladni.effects.files import READERS, ReadEffect, read_effect
 from chladni.host.emulation.felt_over_time import RATE_HZ
-from chladni.host.emulation.over_frequency import over_frequency
+from chladni.host.emulation.over_frequency import Plates
 from chladni.host.emulation.played_effect import PlayedEffect, play_effect
 from chladni.host.studio.boards.prepared import Prepared, ReadyBoard
 from chladni.host.studio.messages.requests import PlayEffect
@@ -46,7 +45,7 @@ class EffectPlayer:
         # Of its own: what one page asks for takes no thread from another.
         self._thread = ThreadPoolExecutor(1, "effect")
         self._latest: tuple[PlayEffect, Prepared | None] | None = None
-        self._solved: tuple[Prepared, list[SolvedBoard]] | None = None
+        self._plates: tuple[Prepared, Plates] | None = None
 
     def put(self, request: PlayEffect, shown: Prepared | None) -> None:
         """An effect that is asked for; one that waits makes room for it."""
@@ -92,8 +91,8 @@ class EffectPlayer:
         if not isinstance(shown, ReadyBoard):
             raise MissingError("table", "a board with its table", hint="build it first")
         read = _read(request)
-        if self._solved is None or self._solved[0] is not shown:
-            self._solved = shown, over_frequency(shown.board, progress)
+        if self._plates is None or self._plates[0] is not shown:
+            self._plates = shown, Plates.of(shown.board, progress=progress)
         played = play_effect(
             shown.table,
             shown.board,
@@ -101,7 +100,7 @@ class EffectPlayer:
             request.at_mm,
             other_mm=request.other_mm,
             level=request.level,
-            solved=self._solved[1],
+            plates=self._plates[1],
         )
         return felt_message(request.number, read, played)
 
