@@ -10,6 +10,8 @@ import pytest
 from calibration.small_board import small_board
 from chladni.calibration import Truth, hidden_plate
 from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
+from chladni.sim.board.file import load_board
+from chladni.sim.board.quantity import MM
 from conftest import CommandLine
 
 SEED = 8
@@ -45,7 +47,7 @@ def test_the_command_names_the_plate_and_refuses_what_needs_another(
     assert kept[1] < kept[0] - 3.0
     for more, named in (
         (("--built",), "--built does not go with --hidden"),
-        (("--at", "0,0", "--other", "20,0"), "--at does not go with --hidden"),
+        (("--table", "t.chl", "--lambda", "0.1"), "--lambda does not go with --table"),
     ):
         refused = chladni("fingers", "strip5", *few, "--hidden", "3", *more)
         assert refused.code == 2
@@ -53,3 +55,23 @@ def test_the_command_names_the_plate_and_refuses_what_needs_another(
     lost = chladni("fingers", "strip5", *few, "--hidden", tmp_path / "lost.toml")
     assert lost.code == 2
     assert "SEED, BOARD@SEED or FILE.toml" in lost.err
+
+
+def test_a_pair_of_ones_own_has_what_the_score_has_of_it(
+    chladni: CommandLine, tmp_path: Path
+) -> None:
+    """Of the score's first pair, rows by finger."""
+    board = load_board("strip5")
+    plate = hidden_plate(board, 3)
+    (two,) = score_fingers(board, (2,), sets=1, samples=0, on=plate.on(board)).counts
+    one, other = (",".join(f"{at / MM:.6f}" for at in place) for place in two.places[0])
+    picture = tmp_path / "pair.svg"
+    asked = ("fingers", "strip5", f"--at={one}", f"--other={other}", "--hidden", "3")
+    found = chladni(*asked, "--json", "--figure", picture).json
+    assert found["verdict"].startswith("On plate 3: A plays: B gets ")
+    kept, um = (
+        [finger[key] for finger in found["fingers"]] for key in ("isolation_db", "finger_um")
+    )
+    np.testing.assert_allclose(kept, two.rows[:, 0], atol=0.01)
+    np.testing.assert_allclose(um, two.rows[:, 2], rtol=1e-3)
+    assert "strip5, on plate 3: two fingers" in picture.read_text("utf-8")

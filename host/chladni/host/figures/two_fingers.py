@@ -38,10 +38,11 @@ SHOWN_SHARE = 95.0
 """Percentile of isolation at which a map's colours end."""
 
 
-def two_fingers_figure(plays: Sequence[FingersPlay]) -> Figure:
+def two_fingers_figure(plays: Sequence[FingersPlay], on: str = "") -> Figure:
     """For each board two pictures: finger A plays and B is still, and the other way round.
 
-    Side by side, or below each other if it is one board that is wide.
+    Side by side, or below each other if it is one board that is wide. `on`: what a hidden plate
+    is called.
     """
     figure, panels = _panels([own.board for own in plays])
     image: AxesImage | None = None
@@ -49,11 +50,14 @@ def two_fingers_figure(plays: Sequence[FingersPlay]) -> Figure:
         for own in range(len(NAMES)):
             axes = panels[len(NAMES) * number + own]
             image = _panel(axes, play, own)
-            axes.set_title(_told(play, own), fontsize=9.5, color=INK)
+            axes.set_title(_told(play, own, len(plays)), fontsize=9.5, color=INK)
     if image is not None:
         bar = figure.colorbar(image, ax=panels, shrink=0.8, extend="both")
         bar.set_label("vibration / dB of the playing finger's", fontsize=9)
         explain_marks(figure, *(own.board for own in plays))
+    if len(plays) == 1:
+        title = f"{plays[0].board.name}{f', on {on}' if on else ''}: two fingers"
+        figure.suptitle(with_verdict(figure, title, ""), fontsize=10, color=INK)
     return figure
 
 
@@ -138,9 +142,9 @@ def _panel(axes: Axes, play: FingersPlay, own: int) -> AxesImage:
     return image
 
 
-def _told(play: FingersPlay, own: int) -> str:
-    names = NAMES[own], NAMES[1 - own]
-    return f"{play.board.name}: {names[0]} plays, {names[1]} is still\n{_amounts(play, own)}"
+def _told(play: FingersPlay, own: int, boards: int) -> str:
+    name = f"{play.board.name}: " if boards > 1 else ""
+    return f"{name}{NAMES[own]} plays, {NAMES[1 - own]} is still\n{_amounts(play, own)}"
 
 
 def _amounts(play: FingersPlay, own: int) -> str:

@@ -44,7 +44,7 @@ from chladni.host.cli.common.options import (
 from chladni.host.cli.common.output import answer, progress_bar, say_unmet, write_figure
 from chladni.host.cli.common.ranges import within
 from chladni.host.cli.common.terms import of_loudest
-from chladni.host.cli.several_fingers.own_pair import own_pair, tell_pair
+from chladni.host.cli.several_fingers.own_pair import own_pair, tell_pair, title_of
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
@@ -149,13 +149,13 @@ def fingers(
     """
     check_figure(figure)
     loaded = load_board(board)
-    _check_asked(hidden, table, regularisation, built=built, is_pair=at is not None)
+    _check_asked(hidden, table, regularisation, built=built)
     pair = own_pair(loaded, at, other, count or 2, built=built)
     solve, known = (None, None) if table is None else _device_of(table, loaded, board)
     loaded = on_less(loaded)
     plate = named_plate(loaded, hidden)
     if pair is not None:
-        tell_pair(loaded, pair, solve, (regularisation, press), figure, as_json=as_json)
+        tell_pair(loaded, pair, plate, solve, (regularisation, press), figure, as_json=as_json)
         return
     drawn: dict[str, Any] = {"apart": None if apart is None else apart * MM, "sets": sets}
     drawn |= {"regularisation": regularisation, "newtons": press, "seed": seed}
@@ -192,15 +192,10 @@ def fingers(
         "seconds": score.seconds,
     }
     result |= {"counts": counts} if as_json else _by_number(counts)
-    answer(result, as_json=as_json, title=_title(loaded, plate, table))
+    title = title_of(loaded, plate, "several fingers", is_played=table is not None)
+    answer(result, as_json=as_json, title=title)
     if not as_json:
         say_tones(board, loaded, table, hidden=hidden, clicks=True)
-
-
-def _title(board: Board, plate: HiddenPlate | None, table: Path | None) -> str:
-    where = f", on {plate.name}" if plate else ""
-    by_pins = ", by the pins" if table else ""
-    return f"{board.name}, {board.known_as}{where}: several fingers{by_pins}"
 
 
 def _verdict(board: Board, score: FingersScore, plate: HiddenPlate | None) -> str:
@@ -221,14 +216,10 @@ def _check_asked(
     regularisation: float | None,
     *,
     built: bool,
-    is_pair: bool,
 ) -> None:
     """Raise `ConflictError` for what does not go together."""
     if hidden is not None and built:
         raise ConflictError("--built", "--hidden", hint="that plate is what was built")
-    if hidden is not None and is_pair:
-        hint = "`chladni play EFFECT --at … --other … --emulator --hidden …` plays two there"
-        raise ConflictError("--at", "--hidden", hint=hint)
     if table is not None and regularisation is not None:
         raise ConflictError("--lambda", "--table", hint="a device chooses it for each finger")
     if table is not None and built:

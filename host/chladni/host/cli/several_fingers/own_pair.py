@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.calibration.hidden import HiddenPlate
 from chladni.drives.fingers import responses_at
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.problem.threads import one_blas_thread
@@ -48,20 +49,25 @@ def own_pair(
 def tell_pair(
     board: Board,
     places: FloatArray,
+    plate: HiddenPlate | None,
     played: Solve | None,
     numbers: tuple[float | None, float],
     figure: Path | None,
     *,
     as_json: bool,
 ) -> None:
-    """`played`: by a device, if there is one; `numbers`: λ and newtons."""
+    """Fingers are on `plate`, if one is hidden, and `played` by a device, if there is one.
+
+    `numbers`: λ and newtons.
+    """
     with one_blas_thread():
         solve = played or solver_of(board, responses_at(solved_board(board)), numbers[0])
-    play = fingers_play(board, places, solve(places), numbers[1])
+    on = None if plate is None else plate.on(board)
+    play = fingers_play(board, places, solve(places), numbers[1], on)
     if figure is not None:
         from chladni.host.figures.two_fingers import two_fingers_figure  # noqa: PLC0415
 
-        write_figure(two_fingers_figure([play]), figure)
+        write_figure(two_fingers_figure([play], plate.name if plate else ""), figure)
     rows = [
         {
             "name": name,
@@ -75,9 +81,16 @@ def tell_pair(
         f"{one['name']} plays: {other} gets {one['isolation_db']:z.0f} dB less{_weak(board, one)}"
         for one, other in zip(rows, "BA", strict=True)
     ]
-    result = {"verdict": ". ".join(told) + ".", "name": board.name, "newtons": numbers[1]}
-    title = f"{board.name}, {board.known_as}: two fingers{', by the pins' if played else ''}"
+    where = f"On {plate.name}: " if plate else ""
+    result = {"verdict": f"{where}{'. '.join(told)}.", "name": board.name, "newtons": numbers[1]}
+    title = title_of(board, plate, "two fingers", is_played=played is not None)
     answer(result | {"fingers": rows}, as_json=as_json, title=title)
+
+
+def title_of(board: Board, plate: HiddenPlate | None, what: str, *, is_played: bool) -> str:
+    """Above a table of what fingers get."""
+    where = f", on {plate.name}" if plate else ""
+    return f"{board.name}, {board.known_as}{where}: {what}{', by the pins' if is_played else ''}"
 
 
 def _weak(board: Board, one: dict[str, Any]) -> str:

@@ -11,6 +11,7 @@ from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.felt import MICROMETRE
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, pressed_fields
 from chladni.drives.scoring.several_fingers.kept_apart import most_newtons
+from chladni.drives.scoring.tolerances import Drawn
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.image.finger import PRESS, pressing_stiffness
@@ -45,7 +46,11 @@ class FingersPlay:
 
 
 def fingers_play(
-    board: Board, places: FloatArray, drives: ComplexArray, newtons: float = PRESS
+    board: Board,
+    places: FloatArray,
+    drives: ComplexArray,
+    newtons: float = PRESS,
+    on: Drawn | None = None,
 ) -> FingersPlay:
     """Look at what drives make of fingers that press.
 
@@ -57,16 +62,20 @@ def fingers_play(
         Of each finger, any common scale, shape (fingers, actuators).
     newtons
         How hard each presses.
+    on
+        The plate that fingers are on and what its coils do; `board` is what the device knows, which
+        keeps its limits. The board itself by default.
     """
-    solved = solved_board(board)
+    on = on or Drawn(board, np.ones(len(board.actuators)))
+    solved, most = solved_board(on.board), most_newtons(board, drives)
+    drives = drives * on.forces
     stiffness = pressing_stiffness(newtons, solved.fields.frequency_hz)
     fingers = FingerSet.of(solved, places, stiffness)
     fields = np.abs(np.tensordot(drives, pressed_fields(solved, places, stiffness), axes=1))
     own = np.abs(np.diag(fingers.means(drives)))
-    most = most_newtons(board, drives)
     tiny = 1e-300
     return FingersPlay(
-        board,
+        on.board,
         [(float(x / MM), float(y / MM)) for x, y in places],
         20.0 * np.log10(np.maximum(fields, tiny) / np.maximum(own, tiny)[:, None, None]),
         fingers.isolation_db(drives),
