@@ -7,7 +7,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from chladni.drives.problem.problem import solved_board
-from chladni.host.emulation.felt_over_time import TOGETHER, FingerPlate
+from chladni.host.emulation.felt_over_time import TOGETHER, FingerPlate, Fingers
 from chladni.host.emulation.over_frequency import GRID_HZ, frequencies_of, over_frequency
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
@@ -31,18 +31,20 @@ def test_a_plate_that_resonates_is_solved_closer_there() -> None:
 
 
 def test_fingers_solved_for_together_are_those_solved_for_alone() -> None:
-    """More sets than one group, of one finger and two, with and without a place beside them."""
+    """More sets than one group, of one finger and two, without and with places beside them."""
     solved = [solved_board(load_board("strip5")).at_frequency(hz) for hz in (120.0, 160.0)]
     rng = np.random.default_rng(5)
-    sets = []
+    sets: list[Fingers] = []
     for k in range(TOGETHER + 3):
-        places = rng.uniform((-6.0, -26.0), (6.0, 26.0), (1 + k % 2, 2)) * MM
-        sets.append((places, np.array([(0.0, 20.0), (3.0, -20.0)]) * MM if k % 3 else None))
-    found = list(FingerPlate.of_each(solved, sets, 1.0))
+        sets.append((rng.uniform((-6.0, -26.0), (6.0, 26.0), (1 + k % 2, 2)) * MM, None))
+    beside = np.array([(0.0, 20.0), (3.0, -20.0)]) * MM
+    others: list[Fingers] = [(places, beside) for places, _ in sets[:2]]
+    found = [*FingerPlate.of_each(solved, sets, 1.0), *FingerPlate.of_each(solved, others, 1.0)]
+    sets += others
     assert len(found) == len(sets)
-    for one, (places, beside) in zip(found, sets, strict=True):
-        alone = FingerPlate.of(solved, places, 1.0, beside)
-        assert len(one.free) == len(places) + (0 if beside is None else len(beside))
+    for one, (places, unpressed) in zip(found, sets, strict=True):
+        alone = FingerPlate.of(solved, places, 1.0, unpressed)
+        assert len(one.free) == len(places) + (0 if unpressed is None else len(unpressed))
         for ours, theirs in zip(one.free + one.pushes, alone.free + alone.pushes, strict=True):
             # Rounding in matrices of condition 1e7 or so: other columns beside them change it.
             assert np.abs(ours - theirs).max() == pytest.approx(

@@ -101,11 +101,13 @@ class FingerPlate:
         """The same of each of many sets: their places and unpressed ones.
 
         `TOGETHER` of them are solved for together: a plate whose feet have a loss of their own is
-        factored at each frequency, which takes longer than what follows.
+        factored at each frequency, which takes longer than what follows. With unpressed places they
+        go one by one: their discs take hundreds of megabytes.
         """
         hz = frequencies_of(solved)
-        for first in range(0, len(sets), TOGETHER):
-            for discs in _discs(solved, sets[first : first + TOGETHER]):
+        count = TOGETHER if all(beside is None for _, beside in sets) else 1
+        for first in range(0, len(sets), count):
+            for discs in _discs(solved, sets[first : first + count]):
                 yield cls(hz, *discs, newtons)
 
     def level(self, finger: int, reference_hz: float) -> FloatArray:

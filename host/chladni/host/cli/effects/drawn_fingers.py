@@ -281,8 +281,9 @@ def _played(setup: Setup, drawn: Drawn, how: dict[str, Any]) -> list[list[Played
     every = [one for presses in drawn for one in presses]
     under = each_under(plates, every, how["newtons"], unknown=bool(how.get("unknown")))
     how |= {"plates": plates}
-    label = "places" if drawn[0][0].other_mm is None else "pairs"
-    with progress_bar(label, batch=TOGETHER // len(drawn[0])) as progress:
+    is_pairs = drawn[0][0].other_mm is not None
+    batch = TOGETHER // len(drawn[0]) if is_pairs else 0
+    with progress_bar("pairs" if is_pairs else "places", batch=batch) as progress:
         try:
             for presses in drawn:
                 found.append([one.played(setup, how | {"under": next(under)}) for one in presses])
