@@ -185,6 +185,11 @@ def test_all_that_is_wrong_with_a_file_is_told_at_once(
         *("hysteresis", "area[0].name", "area[0].press", "area[0].level_db"),
         *("area[0].circle_mm", "area[1].every"),
     ]
+    file.write_text('[[area]]\nname = "a"\npress = "lost.toml"\n')
+    lost = chladni("effects", "build", file, "-o", output)
+    assert lost.code == 2
+    said = " ".join(lost.err.split())
+    assert f"wrong.toml, area[0].press: expected a file that is there, in {tmp_path}" in said
 
 
 @settings(

@@ -15,7 +15,7 @@ from scipy.io import wavfile
 from chladni.effects import read_effect, shipped_effects
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.files import READERS
-from chladni.sim.errors import InputError
+from chladni.sim.errors import FaultsError, InputError
 from conftest import CommandLine
 from effects.test_effect_files import HAPTIC, ahap, curve, event, written
 from effects.test_hjif import ALL
@@ -78,3 +78,14 @@ def test_commands_list_show_and_convert(chladni: CommandLine, tmp_path: Path) ->
     assert "it lasts 300 s: .haptic and AHAP have seconds" in " ".join(asked.split())
     missing = chladni("effects", "show", "no.ahap")
     assert (missing.code, "a readable file" in missing.err) == (2, True)
+
+
+def test_all_that_is_wrong_with_an_effect_in_toml_is_told_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "own.toml"
+    path.write_text("[[click]]\namplitude = 2.0\n[[tone]]\nlasts_s = 1\nlasts_ms = 9\n[[tine]]\n")
+    with pytest.raises(FaultsError) as caught:
+        read_effect(path)
+    fields = [error.field for error in caught.value.errors]
+    assert fields == ["tine", "click[0].amplitude", "tone[0].lasts_s"]
+    assert "; tone, perhaps" in str(caught.value)
+    assert "; lasts_ms, perhaps" in str(caught.value)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from chladni.sim.errors import ArgumentError, InputError, MissingError
+from chladni.sim.board.quantity import perhaps
+from chladni.sim.errors import ArgumentError, Faults, InputError, MissingError
 from chladni.sim.files import read_text
 
 MOST_BYTES = 8 << 20
@@ -53,6 +54,14 @@ class FileValue:
         if not isinstance(self.value, dict):
             raise self.error("a table of keys")
         return list(self.value)
+
+    def check_keys(self, known: Iterable[str], faults: Faults) -> None:
+        """Keep an error for each key that is none of the known ones."""
+        for key in self.keys():
+            if key not in known:
+                with faults.kept():
+                    expected = f"one of {', '.join(known)} for a key"
+                    raise self[key].error(expected, perhaps(key, known))
 
     @property
     def is_there(self) -> bool:

@@ -18,12 +18,13 @@ from chladni.effects.effect import (
     curve_of,
 )
 from chladni.effects.file_values import FileValue, read_toml
+from chladni.sim.errors import Faults
 
 MS = 1e-3
 KEYS = {
-    "tone": {"at_ms", "lasts_ms", "amplitude", "frequency_hz"},
-    "noise": {"at_ms", "lasts_ms", "amplitude"},
-    "click": {"at_ms", "amplitude", "frequency_hz"},
+    "tone": ("amplitude", "at_ms", "frequency_hz", "lasts_ms"),
+    "noise": ("amplitude", "at_ms", "lasts_ms"),
+    "click": ("amplitude", "at_ms", "frequency_hz"),
 }
 
 
@@ -33,21 +34,18 @@ def read_toml_effect(path: Path, field: str) -> tuple[Effect, list[str]]:
     Raises
     ------
     InputError
-        A key is unknown or a value out of its range; names it.
+        Keys are unknown or values out of their range; names all of them.
     """
     file = read_toml(path, field)
     name = file["name"].text() if file["name"].is_there else path.stem
-    parts: list[Part] = []
-    for kind in file.keys():  # noqa: SIM118
-        if kind in ("name", "loop_ms"):
-            continue
-        if kind not in KEYS:
-            raise file[kind].error(f"one of name, loop_ms, {', '.join(KEYS)} for a key")
+    parts, faults = list[Part](), Faults()
+    file.check_keys(("name", "loop_ms", *KEYS), faults)
+    for kind in filter(KEYS.__contains__, file.keys()):
         for one in file[kind]:
-            for key in one.keys():  # noqa: SIM118
-                if key not in KEYS[kind]:
-                    raise one[key].error(f"one of {', '.join(sorted(KEYS[kind]))} for a key")
-            parts.append(_part(kind, one))
+            one.check_keys(KEYS[kind], faults)
+            with faults.kept():
+                parts.append(_part(kind, one))
+    faults.tell()
     return Effect(name, tuple(parts), _loop(file["loop_ms"])), []
 
 

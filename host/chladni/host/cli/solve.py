@@ -33,6 +33,7 @@ from chladni.host.cli.common.options import (
     check_figure,
 )
 from chladni.host.cli.common.output import (
+    ARRAYS,
     NO_COIL,
     answer,
     check_output,
@@ -82,7 +83,7 @@ def solve_command(
     place = parse_place(target, "--target")
     check_request(method, objective or "ssim", seed, steps, trace)
     if trace is not None:
-        check_output(trace, "--trace")
+        check_output(trace, "--trace", ARRAYS)
     check_figure(figure)
     loaded, objective = with_focus(
         load_board(board),

@@ -301,7 +301,7 @@ def export(
     as_json: JsonOption = False,
 ) -> None:
     """Write every drive of a table as CSV: frequency, region, place, channel, gain and phase."""
-    check_output(output, "--csv")
+    check_output(output, "--csv", inputs=[table])
     loaded = read_table(table)
     write_whole(output, drives_as_csv(loaded))
     rows = len(loaded.sections) * loaded.grid.count * loaded.actuators

@@ -72,7 +72,9 @@ def build(
     as_json: JsonOption = False,
 ) -> None:
     """Solve every region of a board and pack the drives, or what coils do there, into a table."""
-    check_output(output, "-o")
+    check_output(output, "-o", inputs=[board])
+    if output.suffix in (".toml", ".che"):
+        raise InputError("-o", str(output), "a name for a table, as in board.chl")
     if kind is not None and kind not in KINDS:
         raise InputError("--for", kind, f"one of: {', '.join(KINDS)}")
     if objective is not None:

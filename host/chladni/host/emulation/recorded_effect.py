@@ -112,11 +112,16 @@ def recorded_effect(
 def as_reported(board: Board, at_mm: tuple[float, float]) -> tuple[float, float]:
     """The place that the panel reports: a border between areas may run through a pixel."""
     x, y = reported_um(emulated_config(board), at_mm)
-    return 1e-3 * x, 1e-3 * y
+    # A division: 45,050 µm are 45.05 mm, and a thousandth of them would have 16 digits.
+    return x / 1e3, y / 1e3
 
 
-def effect_of_bank(bank: bytes, at_mm: tuple[float, float]) -> tuple[str, Effect, float]:
+def effect_of_bank(
+    bank: bytes, at_mm: tuple[float, float], argument: str = "at"
+) -> tuple[str, Effect, float]:
     """The area there, its effect for a press, or else what is held, and its level, 0 to 1.
+
+    `argument`: what the place came as, for errors.
 
     Raises
     ------
@@ -124,8 +129,9 @@ def effect_of_bank(bank: bytes, at_mm: tuple[float, float]) -> tuple[str, Effect
         There is no area, or it has no effect for a press.
     """
     known = unpack_bank(bank)
-    area = _area_of(known, bank, at_mm)
-    return area.name, known.effects[area.effects[_occasion(area, at_mm)]], level_of(area.level_db)
+    area = _area_of(known, bank, at_mm, argument)
+    occasion = _occasion(area, at_mm, argument)
+    return area.name, known.effects[area.effects[occasion]], level_of(area.level_db)
 
 
 def biases_of(
@@ -179,19 +185,20 @@ def silent_at(bank: bytes, at_mm: tuple[float, float], kept_mm: tuple[float, flo
     return pack_bank(replace(known, effects=effects, areas=(spot, replace(kept, name="b"))))
 
 
-def _area_of(known: Bank, bank: bytes, at_mm: tuple[float, float]) -> Area:
+def _area_of(known: Bank, bank: bytes, at_mm: tuple[float, float], argument: str = "at") -> Area:
     number = area_at(bank, *(round(1e3 * at) for at in at_mm))
     if number >= len(known.areas):
         names = ", ".join(own.name for own in known.areas)
-        raise ArgumentError("at", at_mm, f"a place in one of the areas of {known.name}: {names}")
+        expected = f"a place in one of the areas of {known.name}: {names}"
+        raise ArgumentError(argument, at_mm, expected)
     return known.areas[number]
 
 
-def _occasion(area: Area, at_mm: tuple[float, float]) -> str:
+def _occasion(area: Area, at_mm: tuple[float, float], argument: str = "at") -> str:
     """For which an effect plays while a finger comes down and stays."""
     if area.press is None and (area.hold is None or area.every_mm > 0.0):
         expected = f"a place where a press plays something, as {area.name} has not"
-        raise ArgumentError("at", at_mm, expected)
+        raise ArgumentError(argument, at_mm, expected)
     return "hold" if area.press is None else "press"
 
 

@@ -96,7 +96,7 @@ def read_bank(name: str | Path, argument: str = "bank") -> ReadBank:
     file = read_toml(path, argument)
     effects, areas, faults = _Effects(path.parent), [], Faults()
     name, hysteresis_mm, shapes = path.stem[:15], 1.0, dict[str, Shape | InputError]()
-    _check_keys(file, KEYS, faults)
+    file.check_keys(KEYS, faults)
     with faults.kept():
         for one in file["effects"] if file["effects"].is_there else ():
             effects.use(one)
@@ -148,6 +148,8 @@ class _Effects:
             shipped = ", ".join(shipped_effects())
             expected = f"{shipped}, or a file that ends in {', '.join(READERS)}"
             raise own.error(expected, hint=perhaps(wanted, shipped_effects()))
+        if is_file and not (self.folder / wanted).exists():
+            raise own.error(f"a file that is there, in {self.folder}")
         read = read_effect(self.folder / wanted if is_file else wanted, field=own.place)
         name = Path(wanted).stem[:15] if is_file else wanted
         if name in self.found:
@@ -162,7 +164,7 @@ class _Effects:
 def _area(own: FileValue, effects: _Effects, shapes: dict[str, Shape | InputError]) -> Area:
     """With all that is wrong with it told at once."""
     faults, found = Faults(), dict[str, Any]()
-    _check_keys(own, AREA_KEYS, faults)
+    own.check_keys(AREA_KEYS, faults)
     readers: dict[str, Callable[[FileValue], object]] = {
         "name": FileValue.text,
         **dict.fromkeys(OCCASIONS, effects.use),
@@ -224,10 +226,3 @@ def _drawn_shapes(own: FileValue, folder: Path) -> dict[str, Shape | InputError]
     from chladni.effects.bank.drawing import shapes_of_drawing  # noqa: PLC0415
 
     return shapes_of_drawing(folder / own.text(), own.place)
-
-
-def _check_keys(own: FileValue, known: tuple[str, ...], faults: Faults) -> None:
-    for key in own.keys():  # noqa: SIM118
-        if key not in known:
-            with faults.kept():
-                raise own[key].error(f"one of {', '.join(known)} for a key")

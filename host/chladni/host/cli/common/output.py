@@ -188,16 +188,31 @@ def by_name(key: str, rows: Sequence[dict[str, Any]], *, as_json: bool) -> dict[
     return {key: rows} if as_json else {OwnName(one["name"]): one | {"name": None} for one in rows}
 
 
-def check_output(path: Path, option: str, endings: tuple[str, ...] = ()) -> Path:
+def check_output(
+    path: Path,
+    option: str,
+    endings: tuple[str, ...] = (),
+    inputs: Sequence[str | Path | None] = (),
+) -> Path:
     """A path that can be written, found out before any work is done.
 
     Parameters
     ----------
     endings
         That the name may have; another one would promise another format.
+    inputs
+        What the command reads, maybe named without its `.toml`, and what a slip of the pen would
+        write over.
     """
     if endings and path.suffix not in endings:
-        raise InputError(option, str(path), f"a name that ends in {' or '.join(endings)}")
+        expected = f"a name that ends in {' or '.join(filter(None, endings))}"
+        expected += " or has no ending" if "" in endings else ""
+        raise InputError(option, str(path), expected)
+    for given in inputs:
+        for own in () if given is None else (Path(given), Path(f"{given}.toml")):
+            if own.exists() and path.exists() and own.samefile(path):
+                hint = "nothing would be left of it"
+                raise InputError(option, str(path), "another file than the one read", hint=hint)
     if path.exists() and not path.is_file():
         raise InputError(option, str(path), "a file name, not a folder or a device")
     if not path.parent.is_dir():

@@ -97,7 +97,7 @@ def design_board(
     The output has the best board found so far, from the first one on. The same command continues a
     search that was stopped.
     """
-    check_output(output, "-o", TOML)
+    check_output(output, "-o", TOML, [spec])
     check_figure(figure)
     asked = read_spec(spec)
     if front is not None:

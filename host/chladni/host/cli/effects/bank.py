@@ -48,7 +48,7 @@ def build(
     as_json: JsonOption = False,
 ) -> None:
     """Build an effect bank: what plays where, as a device keeps it."""
-    check_output(output, "--output", (BANK_SUFFIX,))
+    check_output(output, "--output", (BANK_SUFFIX,), [bank])
     read = read_bank(bank, "AREAS")
     loaded = None if board is None else load_board(board)
     if loaded is not None:

@@ -121,7 +121,7 @@ def effects_convert(
     writer = WRITERS.get(output.suffix.lower())
     if writer is None:
         raise InputError("--output", str(output), f"a name that ends in {' or '.join(WRITERS)}")
-    check_output(output, "--output")
+    check_output(output, "--output", inputs=[effect])
     read = read_effect(effect, field="EFFECT")
     data, left_out = writer(read.effect)
     write_whole(output, data)

@@ -90,12 +90,16 @@ def of_bank(bank: bytes, places: Sequence[Place], board: Board, *, together: boo
         No area there, or none with an effect for a press.
     """
     found = []
-    for own, other in list(zip(places, _others(places), strict=True))[: 2 if together else 1]:
-        seen = as_reported(board, own)
-        area, effect, level = effect_of_bank(bank, seen)
+    pressed = list(zip(places, _others(places), strict=True))[: 2 if together else 1]
+    # Each by its own option, before one is made silent for the other.
+    areas = [
+        effect_of_bank(bank, as_reported(board, own), option)
+        for (own, _), option in zip(pressed, ("--at", "--other"), strict=False)
+    ]
+    for (own, other), (area, effect, level) in zip(pressed, areas, strict=True):
         plays = bank
         if together and other is not None:
-            plays = silent_at(bank, as_reported(board, other), seen)
+            plays = silent_at(bank, as_reported(board, other), as_reported(board, own))
         how = {"level": level, "bank": plays, "other_plays": together}
         found.append(Press(effect, own, other, area, how))
     return found

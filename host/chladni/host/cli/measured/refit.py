@@ -38,7 +38,7 @@ def board_refit(
     """Write a board, and its table, for foam whose stiffness was measured."""
     check_output(output, "-o", (".toml",))
     if table is not None:
-        check_output(table, "--table")
+        check_output(table, "--table", inputs=[board])
     loaded = load_board(board)
     if loaded.foundation is None or not loaded.foundation.sheet_stiffness:
         raise MissingError("foundation", "a sheet of foam, whose stiffness was measured")
