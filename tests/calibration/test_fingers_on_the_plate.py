@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from chladni.calibration import Truth, hidden_plate
 from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
-from conftest import CommandLine
+from conftest import ROOT, CommandLine
 
 SEED = 8
 SETS = 6
@@ -52,6 +53,13 @@ def test_the_command_names_the_plate_and_refuses_what_needs_another(
         refused = chladni("fingers", "strip5", *few, "--hidden", "3", *more)
         assert refused.code == 2
         assert named in refused.err
+    text = (ROOT / "boards" / "phone5.toml").read_text("utf-8")
+    twin = tmp_path / "twin.toml"
+    twin.write_text(re.sub(r"at_mm = \[0.0, 0.0\]", "at_mm = [0.0, 5.1]", text), encoding="utf-8")
+    for other in (twin, f"{twin}@3"):
+        refused = chladni("fingers", "phone5", *few, "--hidden", other)
+        assert refused.code == 2
+        assert "a plate of phone5, whose coils lie within 5 mm" in refused.err.replace("\n", " ")
     lost = chladni("fingers", "strip5", *few, "--hidden", tmp_path / "lost.toml")
     assert lost.code == 2
     assert "SEED, BOARD@SEED or FILE.toml" in lost.err

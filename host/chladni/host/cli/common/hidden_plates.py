@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,8 +10,11 @@ from chladni.calibration.hidden import HiddenPlate, given_plate, hidden_plate
 from chladni.host.cli.common.ranges import MOST_SEED
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
+from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
 
+MOST_OFF = 5e-3
+"""m from a coil to the same one of a plate: coils are built within half a millimetre."""
 SHAPES = "SEED, BOARD@SEED or FILE.toml"
 
 
@@ -55,5 +59,12 @@ def _named(board: Board, name: str) -> Board:
 
 
 def _check_alike(board: Board, other: Board, asked: str) -> None:
+    """Refuse a plate of another board: what is played on it would look like a bad calibration."""
     if (other.plate.size, len(other.actuators)) != (board.plate.size, len(board.actuators)):
         raise InputError("--hidden", asked, f"a board of the size and coils of {board.name}")
+    pairs = zip(board.actuators, other.actuators, strict=True)
+    off = max(math.dist(own.at, there.at) for own, there in pairs)
+    if off > MOST_OFF:
+        expected = f"a plate of {board.name}, whose coils lie within {MOST_OFF / MM:g} mm"
+        hint = f"one lies {off / MM:.3g} mm from there"
+        raise InputError("--hidden", asked, expected, hint=hint)
