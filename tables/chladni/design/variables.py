@@ -27,6 +27,7 @@ SOLD_MM = {
     "aluminium": [0.2, 0.3, 0.5, 0.8, 1.0, 1.5, 2.0, 3.0],
     "steel": STEEL_MM,
     "stainless-steel": STEEL_MM,
+    "brass": STEEL_MM,
     "pet": [0.1, 0.125, 0.175, 0.19, 0.25, 0.35, 0.5],
 }
 """Sheets as plastics, glass and metal shops have them; of others as board makers do."""

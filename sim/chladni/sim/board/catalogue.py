@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from chladni.sim.board.parts import Spring
+from chladni.sim.board.parts import Plate, Spring
 from chladni.sim.board.quantity import MM, near_name
 from chladni.sim.errors import Faults, InputError, MissingError
 
@@ -23,6 +23,8 @@ SHEETS: dict[str, dict[str, float]] = {
               "loss_factor": 0.002},
     "stainless-steel": {"youngs_modulus_gpa": 193.0, "poissons_ratio": 0.29,
                         "density_kg_m3": 8000.0, "loss_factor": 0.002},
+    "brass": {"youngs_modulus_gpa": 103.0, "poissons_ratio": 0.34, "density_kg_m3": 8440.0,
+              "loss_factor": 0.002},
     "glass": {"youngs_modulus_gpa": 70.0, "poissons_ratio": 0.23, "density_kg_m3": 2500.0,
               "loss_factor": 0.002},
     "polycarbonate": {"youngs_modulus_gpa": 2.35, "poissons_ratio": 0.37, "density_kg_m3": 1200.0,
@@ -33,9 +35,9 @@ SHEETS: dict[str, dict[str, float]] = {
             "loss_factor": 0.02},
 }  # fmt: skip
 """Moduli and densities as data sheets of usual sheets have them, FR4 as in the paper's board; FR4
-differs by ±20 % among makers and directions of the weave. Stainless steel is AISI 304, hardly
-magnetic; ferritic kinds are magnetic as plain steel is. Loss factors are estimates, glued parts
-and mounts not counted."""
+differs by ±20 % among makers and directions of the weave. Brass is CuZn37. Stainless steel is
+AISI 304, hardly magnetic; ferritic kinds are magnetic as plain steel is. Loss factors are
+estimates, glued parts and mounts not counted."""
 
 
 SOLD_AS = {
@@ -86,8 +88,19 @@ def _known_as(name: str) -> str | None:
     return same or SOLD_AS.get(plain)
 
 
-METALS = ("steel", "stainless-steel", "aluminium")
-"""Sheets that conduct."""
+METALS = ("steel", "stainless-steel", "aluminium", "brass")
+STIFF, HEAVY = 60e9, 2600.0
+"""Pa and kg/m³ from which a sheet of another name may be a metal: aluminium has 70e9 and 2700, and
+usual glass 2500."""
+
+
+def metal_of(plate: Plate) -> str:
+    """What a sheet that conducts is called; nothing of one that does not."""
+    if plate.material in SHEETS:
+        return plate.material if plate.material in METALS else ""
+    may_be = plate.youngs_modulus >= STIFF and plate.density >= HEAVY
+    return f"{plate.material or 'this sheet'}, if it is a metal," if may_be else ""
+
 
 RUBBER = 0.25
 """± share by which compounds of one hardness differ."""

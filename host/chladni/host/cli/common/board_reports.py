@@ -17,7 +17,7 @@ from chladni.drives.scoring.warm_coils import MAGNET_C
 from chladni.host.cli.common.output import say
 from chladni.host.manufacture.drawing import cut_hole_mm
 from chladni.sim.board.board import Board
-from chladni.sim.board.catalogue import METALS, lowest_foot
+from chladni.sim.board.catalogue import lowest_foot, metal_of
 from chladni.sim.board.electronics import MOST_LEAST_DUTY, Area
 from chladni.sim.board.panel_layer import LayeredPlate
 from chladni.sim.board.parts import Measured
@@ -70,7 +70,7 @@ def say_panel(plate: LayeredPlate, *, for_several: bool) -> None:
         needs = "a finger moves less" if for_several else "a focus needs a soft sheet"
         sheet = f"{plate.sheet.thickness / MM:g} mm {plate.sheet.material}".rstrip()
         # Metal shields electrodes in and under it.
-        other = "" if plate.sheet.material in METALS else ", or place 'in' or 'beside'"
+        other = "" if metal_of(plate.sheet) else ", or place 'in' or 'beside'"
         say(
             f"the panel's layer makes the plate ({sheet}) {plate.bending_ratio:.1f} times as "
             f"stiff: {needs}; use a thinner film (docs/own-board.md says usual ones){other}"
@@ -143,8 +143,7 @@ def say_leftovers(board: Board, modes_hz: Sequence[float] = ()) -> None:
     panel, size = board.panel, board.plate.size
     say_unheld(board)
     _say_of_points(board)
-    if panel is not None and board.plate.material in METALS:
-        metal = board.plate.material
+    if panel is not None and (metal := metal_of(board.plate)):
         if panel.place == "beside":
             about = f"{metal} near a capacitive panel makes it sense fingers less well"
         elif panel.place == "on" and panel.side == "top":

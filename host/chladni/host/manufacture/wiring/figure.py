@@ -78,7 +78,7 @@ def wiring_figure(board: Board) -> Figure:
     if board.panel:
         _draw_panel(sheet, board.panel, parts)
     if "earth wire" in parts:
-        _draw_earthed_sheet(sheet, str(board.plate.material).replace("-", " "))
+        _draw_earthed_sheet(sheet, (board.plate.material or "metal").replace("-", " "))
     if board.sensing is not None:
         draw_sensing(sheet, board, _panel_end(board) - 2.2)
     sheet.lines(-0.4, lowest - 1.6, _notes(board))

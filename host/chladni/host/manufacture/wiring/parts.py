@@ -18,7 +18,7 @@ from chladni.host.manufacture.wiring.values import (
     wiring_values,
 )
 from chladni.sim.board.board import Board
-from chladni.sim.board.catalogue import METALS
+from chladni.sim.board.catalogue import metal_of
 from chladni.sim.board.electronics import CLOCK_HZ, NOT_WIRED
 from chladni.sim.board.gpio import CHIPS
 from chladni.sim.board.quantity import MM
@@ -214,7 +214,7 @@ def _panel_parts(board: Board, own: Values) -> tuple[Part, ...]:
     earth = Part("earth wire", 1, "from the sheet to GND", "a conductor that floats moves charge")
     return (
         Part("touch panel", 1, f"{kinds[panel.controller]}, {size} mm{where}", "the board file's"),
-        *[earth] * (board.plate.material in METALS),
+        *[earth] * bool(metal_of(board.plate)),
         Part(
             "bus pull-up",
             2,
