@@ -68,6 +68,7 @@ def test_every_row_is_worse_than_the_board_as_drawn_where_it_must_be(built: AsBu
     presses = [um(built.pressed[newtons]) for newtons in ("0.3", "1", "3")]
     assert um(built.nominal) > presses[0] > presses[1] > presses[2] > 0.2 * um(built.nominal)
     # On foam alone a force moves √k less; a strip under coils is nearer to k.
+    assert built.foam_twice is not None
     assert 1.4 < um(built.nominal) / um(built.foam_twice) < 2.3
     assert built.magnet_k is not None
     assert built.board_k is not None
@@ -84,6 +85,10 @@ def test_every_row_is_worse_than_the_board_as_drawn_where_it_must_be(built: AsBu
     assert um(built.together) < min(um(built.film), um(built.warm), presses[1])
     assert level(built.nominal) > level(built.nearest_coil)
     assert built.pressed_mm is None
+
+
+def test_a_board_without_foam_has_no_row_of_it() -> None:
+    assert score_as_built(shipped_board("prototype"), pitch=40e-3, samples=1).foam_twice is None
 
 
 @pytest.mark.soak

@@ -71,7 +71,7 @@ def test_a_board_says_how_far_apart_its_fingers_lie(chladni: CommandLine, tmp_pa
 def test_a_signal_too_weak_for_its_own_finger_is_told() -> None:
     (two,) = score_fingers(load_board(str(STRIP)), (2,), sets=6, samples=0).counts
     weak = np.sort(two.rows[:, 2])[3]
-    assert ", and 25 % of them do not feel their own" in of_fingers(two, 16.0, weak)
+    assert ", and 25 % of all do not feel their own" in of_fingers(two, 16.0, weak)
     assert "their own" not in of_fingers(two, 16.0, two.rows[:, 2].min())
     assert "their own" not in of_fingers(two, 16.0, None)
 

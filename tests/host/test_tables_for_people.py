@@ -259,7 +259,9 @@ def test_a_search_says_what_its_board_does_for_several_fingers_and_for_one() -> 
     assert of_design(found, for_fingers={}).startswith("It focuses: within tolerances another")
     found |= {"second_finger_20mm_db": -1.36, "finger_um": 3.04}
     told = of_design(found, for_fingers={})
-    assert told.startswith("It does not focus everywhere: within tolerances another finger 20 mm")
+    assert told.startswith(
+        "It does not focus at its worst places: within tolerances another finger 20 mm"
+    )
     assert "1.4 dB more at the worst tenth; fingers notice 2.3 dB. The finger itself m" in told
     told = of_design(found | {"fingers_um": 1.62}, for_fingers={2: 41.2})
     assert "2 fingers 41 dB apart at nine of ten places, at 1.6 µm or more each." in told

@@ -66,7 +66,8 @@ class AsBuilt:
     pressed_mm
         How far the sheet goes down under `newtons`; None where that is nothing to its thickness.
     warm, foam_twice
-        Coils at their limit, whose gains the device evens out; foam of twice its static stiffness.
+        Coils at their limit, whose gains the device evens out; foam of twice its static stiffness,
+        None without foam.
     together
         Under the film, within tolerances, foam of 1 to 3 times, pressed by `newtons`, warm.
     board_w, board_k, magnet_k
@@ -84,7 +85,7 @@ class AsBuilt:
     pressed: dict[str, KeptFocus]
     pressed_mm: Spread | None
     warm: KeptFocus
-    foam_twice: KeptFocus
+    foam_twice: KeptFocus | None
     together: KeptFocus
     board_w: Spread | None
     board_k: Spread | None
@@ -136,8 +137,10 @@ def score_as_built(
     nearest = kept_of(alone.measure(own.values))
     warm_rows = [own.survey.one(own.values, k, forces) for k, forces in enumerate(own.forces)]
     counter.step()
-    stiffer = driven_fields(with_foam(board, FOAM_TWICE), allow_unmet=True).values
-    foam = kept_of(own.survey.measure(stiffer))
+    foam = None
+    if board.foundation is not None:
+        stiffer = driven_fields(with_foam(board, FOAM_TWICE), allow_unmet=True).values
+        foam = kept_of(own.survey.measure(stiffer))
     counter.step()
     return AsBuilt(
         places=len(places),

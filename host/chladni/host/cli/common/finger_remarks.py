@@ -148,7 +148,7 @@ def of_fingers(score: CountScore, apart_mm: float, just_felt_um: float | None) -
     kept += of_click(score.click_db)
     within = "" if off is None else f", {_percent(off.unfelt)} within tolerances"
     weak = float(np.mean(score.rows[:, 2] < (just_felt_um or 0.0)))
-    own = f", and {_percent(weak)} of them do not feel their own" if weak else ""
+    own = f", and {_percent(weak)} of all do not feel their own" if weak else ""
     return (
         f"{begin} each gets {score.finger_um.median:.2g} µm of its own"
         f"{kept if score.fingers > 1 else ''}; {_percent(score.unfelt)} of fingers, while they "

@@ -148,7 +148,7 @@ WORDS = {
     "warm": "coils warm",
     "stretched": "a thin sheet bent by the fingers",
     "foam_twice": "foam twice as stiff",
-    "together": "all at once: film, pressed, warm, foam 1 to 3 times as stiff, within tolerances",
+    "together": "all at once: film, pressed, warm, foam up to 3 times as stiff, within tolerances",
     "board_w": "heat in all coils, W",
     "board_k": "the board above the air, K",
     "magnet_k": "its warmest magnet above the air, K",

@@ -115,8 +115,8 @@ def of_built(together: KeptFocus) -> str:
         return ""
     level = f", and the finger moves by {moved.p10:.2g} µm" if moved else ""
     return (
-        " As it is built and used, all at once (film, a finger that presses, warm, stiffer foam, "
-        f"tolerances), another finger 20 mm away gets {less_of(away.p10)} at the worst "
+        " As it is built and used, all at once (film, a finger that presses, warm, any foam "
+        f"stiffer, tolerances), another finger 20 mm away gets {less_of(away.p10)} at the worst "
         f"tenth{level}."
     )
 
@@ -240,7 +240,7 @@ def _remedy(score: BoardScore, tried: Sequence[Remedy]) -> str:
             f"Tried on it: {best.change} helps most, {less_of(best.second_finger_20mm_db)}, which "
             "does not do. "
             if helps
-            else "No thinner sheet nor other foam helps, as tried. "
+            else "No other sheet or foam helps, as tried. "
         )
     spacing = score.coil_spacing_mm
     if spacing is None or spacing > WIDE_MM:

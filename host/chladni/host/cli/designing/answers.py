@@ -247,7 +247,7 @@ def of_design(found: Mapping[str, Any], *, for_fingers: Mapping[int, float]) -> 
         return f"Within tolerances it keeps {told} at nine of ten places{each}.{more}"
     felt = "" if um is None else f" The finger itself moves by {um:.2g} µm or more."
     db = found["second_finger_20mm_db"]
-    start = "It focuses" if db >= NOTICED_DB else "It does not focus everywhere"
+    start = "It focuses" if db >= NOTICED_DB else "It does not focus at its worst places"
     at = f"within tolerances another finger 20 mm away gets {less_of(db)}"
     return f"{start}: {at} at the worst tenth; fingers notice {NOTICED_DB:g} dB.{felt}"
 
