@@ -82,4 +82,4 @@ def test_a_pair_of_ones_own_has_what_the_score_has_of_it(
     )
     np.testing.assert_allclose(kept, two.rows[:, 0], atol=0.01)
     np.testing.assert_allclose(um, two.rows[:, 2], rtol=1e-3)
-    assert "strip5, on plate 3: two fingers" in picture.read_text("utf-8")
+    assert "strip5, as drawn, on plate 3: two fingers" in picture.read_text("utf-8")

@@ -1,4 +1,4 @@
-"""Draw two fingers on `phone5`, each of which plays while the other is still.
+"""Draw two fingers on `phone5`, each of which plays while the other rests.
 
     python tools/pictures/two_fingers.py     writes docs/images/two-fingers.png
 

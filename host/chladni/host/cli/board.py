@@ -33,7 +33,12 @@ from chladni.host.cli.common.board_reports import (
 )
 from chladni.host.cli.common.command_group import CommandGroup
 from chladni.host.cli.common.drive_options import on_less
-from chladni.host.cli.common.finger_remarks import say_mirrored, say_waves, say_worse
+from chladni.host.cli.common.finger_remarks import (
+    say_long_panel,
+    say_mirrored,
+    say_waves,
+    say_worse,
+)
 from chladni.host.cli.common.options import (
     BoardArgument,
     FigureOption,
@@ -71,9 +76,6 @@ from chladni.sim.board.panel_layer import layered_plate
 from chladni.sim.board.quantity import MM
 from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.magnet_softening import magnet_softening
-
-LONGEST_PANEL = 0.18
-"""m: an 8 inch tablet's, and bars of 6.9 inches that sense 163 mm."""
 
 board_app = typer.Typer(
     cls=CommandGroup, no_args_is_help=True, help="Inspect, score and draw boards."
@@ -222,14 +224,9 @@ def board_wiring(
 
 
 def _say_of_own(board: Board, modes_hz: list[float]) -> None:
-    """Remarks on a board of one's own, as on a panel longer than its controller is sold with."""
+    """Remarks on a board of one's own."""
     say_leftovers(board, modes_hz)
-    panel = board.panel
-    if panel is not None and panel.controller != "ft6x36" and max(panel.size) > LONGEST_PANEL:
-        say(
-            f"panels with a GT911 are sold up to some {LONGEST_PANEL / MM:.0f} mm long: see that "
-            f"there is one of {max(panel.size) / MM:.0f} mm before you order (docs/hardware.md)"
-        )
+    say_long_panel(board)
 
 
 @board_app.command("drawing")

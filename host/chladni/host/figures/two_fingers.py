@@ -1,4 +1,4 @@
-"""Two fingers on boards: what moves while one of them plays and the other is still."""
+"""Two fingers on boards: what moves while one of them plays and the other rests."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ SHOWN_SHARE = 95.0
 """Percentile of isolation at which a map's colours end."""
 
 
-def two_fingers_figure(plays: Sequence[FingersPlay], on: str = "") -> Figure:
-    """For each board two pictures: finger A plays and B is still, and the other way round.
+def two_fingers_figure(plays: Sequence[FingersPlay], title: str = "") -> Figure:
+    """For each board two pictures: finger A plays and B rests, and the other way round.
 
-    Side by side, or below each other if it is one board that is wide. `on`: what a hidden plate
-    is called.
+    Side by side, or below each other if it is one board that is wide. One board's name stands above
+    them, or a title of one's own.
     """
     figure, panels = _panels([own.board for own in plays])
     image: AxesImage | None = None
@@ -56,8 +56,8 @@ def two_fingers_figure(plays: Sequence[FingersPlay], on: str = "") -> Figure:
         bar.set_label("vibration / dB of the playing finger's", fontsize=9)
         explain_marks(figure, *(own.board for own in plays))
     if len(plays) == 1:
-        title = f"{plays[0].board.name}{f', on {on}' if on else ''}: two fingers"
-        figure.suptitle(with_verdict(figure, title, ""), fontsize=10, color=INK)
+        title = title or f"{plays[0].board.name}: two fingers"
+        figure.suptitle(with_verdict(figure, "", title).strip(), fontsize=10, color=INK)
     return figure
 
 
@@ -94,7 +94,7 @@ def pairs_figure(board: Board, two: CountScore, verdict: str = "", newtons: floa
             f"{named} at {x:z.0f}, {y:z.0f} mm"
             for named, (x, y) in zip(NAMES, play.places_mm, strict=True)
         )
-        label = f"{name}: {NAMES[own]} plays, {NAMES[1 - own]} is still\n{_amounts(play, own)}"
+        label = f"{name}: {NAMES[own]} plays, {NAMES[1 - own]} rests\n{_amounts(play, own)}"
         axes.set_title(f"{label}\n{where}", fontsize=9, color=INK)
         bar = figure.colorbar(image, ax=axes, shrink=0.8, extend="both")
         bar.set_label("dB of the playing finger's", fontsize=9)
@@ -144,7 +144,7 @@ def _panel(axes: Axes, play: FingersPlay, own: int) -> AxesImage:
 
 def _told(play: FingersPlay, own: int, boards: int) -> str:
     name = f"{play.board.name}: " if boards > 1 else ""
-    return f"{name}{NAMES[own]} plays, {NAMES[1 - own]} is still\n{_amounts(play, own)}"
+    return f"{name}{NAMES[own]} plays, {NAMES[1 - own]} rests\n{_amounts(play, own)}"
 
 
 def _amounts(play: FingersPlay, own: int) -> str:

@@ -121,7 +121,7 @@ def _say_of_the_area(area: Area, size: tuple[float, float]) -> None:
     if own >= LEAST_SENSED and float(np.prod(sides) / np.prod(size)) <= MOST_SENSED:
         return
     spans = [[f"{end / MM:g}" for end in ends] for ends in area]
-    question = "is panel.size_mm of another board?"
+    question = "is panel.size_mm of another board? If not, all is well"
     if turned > TURNED * own:
         question = "is it to be turned, by panel.rotation_deg?"
     say(

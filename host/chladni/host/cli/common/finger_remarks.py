@@ -12,13 +12,15 @@ from chladni.effects.low_pass import EDGE_HZ
 from chladni.host.cli.common.output import say
 from chladni.host.cli.common.verdicts import of_click
 from chladni.sim.board.board import Board
-from chladni.sim.board.quantity import SAME_PLACE
+from chladni.sim.board.quantity import MM, SAME_PLACE
 from chladni.sim.fields.board_mirrors import board_mirrors
 from chladni.sim.fields.board_plate import first_natural_hz
 
 NUMBER = {2: "Two", 3: "Three", 4: "Four", 5: "Five"}
 CLEARLY_LESS_DB = 0.5
 """Of the median of pairs: less is what another sixty of them would change."""
+LONGEST_PANEL = 0.18
+"""m: an 8 inch tablet's, and bars of 6.9 inches that sense 163 mm."""
 SOFT_RAMP_MS = 25.0
 """With which a switch's bias leaves a click what it keeps without one (docs/effects.md)."""
 
@@ -52,6 +54,16 @@ def of_waves(board: Board, modes_hz: Sequence[float] | None = None) -> str:
         f"{EDGE_HZ:g} Hz is kept from other fingers only below it, whatever is scored at "
         f"{board.drive.frequency_hz:g} Hz; {raised}"
     )
+
+
+def say_long_panel(board: Board) -> None:
+    """Remark on a panel longer than its controller is sold with."""
+    panel = board.panel
+    if panel is not None and panel.controller != "ft6x36" and max(panel.size) > LONGEST_PANEL:
+        say(
+            f"panels with a GT911 are sold up to some {LONGEST_PANEL / MM:.0f} mm long: see that "
+            f"there is one of {max(panel.size) / MM:.0f} mm before you order (docs/hardware.md)"
+        )
 
 
 def say_mirrored(board: Board) -> None:

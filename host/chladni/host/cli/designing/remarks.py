@@ -10,8 +10,13 @@ from chladni.design.last_boards import boards_more
 from chladni.design.spec import Spec
 from chladni.design.starts import boards_asked, spread_numbers
 from chladni.design.weights import FINGER_CLICK
-from chladni.host.cli.common.board_reports import say_leftovers, say_panel
-from chladni.host.cli.common.finger_remarks import say_mirrored, say_tones, say_waves
+from chladni.host.cli.common.board_reports import say_leftovers, say_of_coils, say_panel
+from chladni.host.cli.common.finger_remarks import (
+    say_long_panel,
+    say_mirrored,
+    say_tones,
+    say_waves,
+)
 from chladni.host.cli.common.output import say
 from chladni.host.cli.designing.answers import boards_worth
 from chladni.sim.board.panel_layer import layered_plate
@@ -65,6 +70,7 @@ def say_first(spec: Spec, seed: int, samples: int) -> None:
     except InputError:
         return  # The search says what is wrong.
     say_leftovers(board)
+    say_long_panel(board)
     if spec.finger_counts and not spec.variables:
         # Its magnets' mass apart, all boards of the search are this plate.
         say_waves(board)
@@ -78,6 +84,8 @@ def say_next(found: Design, spec: Spec, output: Path, front: Path | None = None)
     `front`: where its boards were written.
     """
     layered = layered_plate(found.board) if spec.variables else None
+    if spec.variables:
+        say_of_coils(found.board)  # The first board's are told before the search.
     if layered:
         say_panel(layered, for_several=found.board.is_for_several)
     if front is None and len(found.front) > 1:

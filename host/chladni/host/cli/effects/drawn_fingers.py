@@ -140,7 +140,7 @@ def play_drawn(
         say(
             f"`chladni fingers {connection.emulated_board} --fingers 2 --sets {count} --apart "
             f"{apart / MM:g}{on}` reckons the shipped click of these pairs, at the median up to "
-            "4 dB off what pins keep, at the worst tenth up to 6: both fingers of each count there"
+            "6 dB off what pins keep, at the worst tenth up to 7: both fingers of each count there"
             f"{touched}"
         )
     if count < asked:

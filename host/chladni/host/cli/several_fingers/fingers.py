@@ -155,7 +155,8 @@ def fingers(
     loaded = on_less(loaded)
     plate = named_plate(loaded, hidden)
     if pair is not None:
-        tell_pair(loaded, pair, plate, solve, (regularisation, press), figure, as_json=as_json)
+        told: dict[str, Any] = {"table": table and str(table), "hidden": hidden, "as_json": as_json}
+        tell_pair(loaded, pair, plate, solve, (regularisation, press), figure, **told)
         return
     drawn: dict[str, Any] = {"apart": None if apart is None else apart * MM, "sets": sets}
     drawn |= {"regularisation": regularisation, "newtons": press, "seed": seed}

@@ -55,19 +55,21 @@ def tell_pair(
     figure: Path | None,
     *,
     as_json: bool,
+    **known: Any,
 ) -> None:
     """Fingers are on `plate`, if one is hidden, and `played` by a device, if there is one.
 
-    `numbers`: λ and newtons.
+    `numbers`: λ and newtons; `known`: more rows of the answer.
     """
     with one_blas_thread():
         solve = played or solver_of(board, responses_at(solved_board(board)), numbers[0])
     on = None if plate is None else plate.on(board)
     play = fingers_play(board, places, solve(places), numbers[1], on)
+    title = title_of(board, plate, "two fingers", is_played=played is not None)
     if figure is not None:
         from chladni.host.figures.two_fingers import two_fingers_figure  # noqa: PLC0415
 
-        write_figure(two_fingers_figure([play], plate.name if plate else ""), figure)
+        write_figure(two_fingers_figure([play], title), figure)
     rows = [
         {
             "name": name,
@@ -83,8 +85,7 @@ def tell_pair(
     ]
     where = f"On {plate.name}: " if plate else ""
     result = {"verdict": f"{where}{'. '.join(told)}.", "name": board.name, "newtons": numbers[1]}
-    title = title_of(board, plate, "two fingers", is_played=played is not None)
-    answer(result | {"fingers": rows}, as_json=as_json, title=title)
+    answer(result | known | {"fingers": rows}, as_json=as_json, title=title)
 
 
 def title_of(board: Board, plate: HiddenPlate | None, what: str, *, is_played: bool) -> str:
