@@ -21,6 +21,7 @@ from chladni.host.manufacture.drawing import Text, board_drawing
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.fingers import SeveralFingers
+from chladni.sim.board.foundation import Strips
 from chladni.sim.board.panel_layer import layered_plate
 from chladni.sim.board.parts import Isolation, Measured, Spring
 from chladni.sim.board.quantity import MM
@@ -88,6 +89,19 @@ def test_what_coils_and_sheet_lack_is_remarked_on(
     assert words not in capsys.readouterr().err
     say_of_coils(change(board))
     assert words in capsys.readouterr().err
+
+
+def test_foam_in_strips_is_no_foam_at_coils_beside_them(capsys: pytest.CaptureFixture[str]) -> None:
+    """Phone8's outermost magnets begin some 8 mm from the long edges."""
+    board = without_holes(shipped_board("phone8"))
+    assert board.foundation is not None
+    assert board.magnet is not None
+    edge = board.plate.size[0] / 2.0 - max(abs(own.at[0]) for own in board.actuators)
+    reach = max(board.magnet.radius, 0.5 * board.winding.outer if board.winding else 0.0)
+    for width, is_told in ((edge - reach - 1e-4, False), (edge - reach + 1e-4, True)):
+        strips = Strips(left=width, right=width)
+        say_of_coils(replace(board, foundation=replace(board.foundation, strips=strips)))
+        assert ("hang into the foam" in capsys.readouterr().err) == is_told
 
 
 def test_a_plate_that_resonates_among_effects_is_remarked_on(

@@ -259,6 +259,16 @@ def test_a_pair_may_be_called_two_fingers_and_is_told_to_overlap(chladni: Comman
     assert "as drawn: two fingers" in apart.out
 
 
+def test_a_finger_beside_the_panel_is_told_of(chladni: CommandLine, tmp_path: Path) -> None:
+    board = tmp_path / "small.toml"
+    panel = '\n[panel]\npixels = [140, 400]\nsize_mm = [14.0, 40.0]\nplace = "beside"\n'
+    board.write_text(STRIP.read_text("utf-8") + panel, encoding="utf-8")
+    done = chladni("fingers", board, "--at", "0,0", "--other", "0,21")
+    assert done.code == 0
+    assert "--other 0,21: the panel senses no finger there" in done.err
+    assert "--at 0,0: the panel" not in done.err
+
+
 def test_a_score_of_a_board_for_several_shows_pairs() -> None:
     """And where it is for one finger too, the maps of its focus."""
     board = load_board(str(STRIP))

@@ -10,6 +10,7 @@ from matplotlib.patches import Polygon as PolygonPatch
 from chladni.effects.bank.areas import Area, Bank, Circle, Polygon, reach_mm
 from chladni.host.figures.fields import INK
 
+ELSEWHERE = "elsewhere"
 COLOURS = ("#56b4e9", "#e69f00", "#009e73", "#cc79a7", "#f0e442", "#0072b2", "#d55e00")
 
 
@@ -46,7 +47,8 @@ def _draw(axes: Axes, area: Area, colour: str) -> None:
             axes.add_patch(PolygonPatch(corners, closed=True, **look))
         case _:
             axes.set_facecolor((colour, 0.15))
-            told = f"elsewhere, {area.name}: {_played(area, ', ')}"
+            name = area.name if area.name == ELSEWHERE else f"{ELSEWHERE}, {area.name}"
+            told = f"{name}: {_played(area, ', ')}"
             axes.annotate(told, (0.01, 0.01), xycoords="axes fraction", fontsize=7, color=INK)
             return
     (left, low), (right, high) = reach_mm(area.shape)

@@ -22,7 +22,7 @@ PANELS = (
 )
 """Column of a score's rows, what it is, whether its axis is logarithmic, and where the worst tenth
 of fingers begins, as a share of them."""
-WIDE = 200.0
+WIDE = 100.0
 """Largest over smallest value from which an axis has powers of ten alone."""
 
 
@@ -52,14 +52,6 @@ def fingers_figure(
             # Where there are no lines: most of the others' shares lie on the right.
             at, side = (0.99, "right") if worst < 0.5 else (0.01, "left")
             axes.text(at, share, words, transform=axes.transAxes, ha=side, va="bottom", fontsize=8)
-        if is_logarithmic and np.isfinite(score.counts[0].rows[:, column]).all():
-            axes.set_xscale("log")
-            # As many numbers as have room beside each other.
-            low, high = axes.get_xlim()
-            subs = (1.0, 2.0, 5.0) if high < WIDE * low else (1.0,)
-            axes.xaxis.set_major_locator(LogLocator(subs=subs))
-            axes.xaxis.set_major_formatter("{x:g}")
-            axes.xaxis.set_minor_formatter(NullFormatter())
         if column == 3 and threshold_um is not None:
             axes.axvline(threshold_um, color=INK, linewidth=0.8)
             axes.annotate(
@@ -73,6 +65,14 @@ def fingers_figure(
                 va="bottom",
                 color=INK,
             )
+        if is_logarithmic and np.isfinite(score.counts[0].rows[:, column]).all():
+            axes.set_xscale("log")
+            # As many numbers as have room beside each other.
+            low, high = axes.get_xlim()
+            subs = (1.0, 2.0, 5.0) if high < WIDE * low else (1.0,)
+            axes.xaxis.set_major_locator(LogLocator(subs=subs))
+            axes.xaxis.set_major_formatter("{x:g}")
+            axes.xaxis.set_minor_formatter(NullFormatter())
         axes.set_xlabel(label, fontsize=9)
         axes.grid(alpha=0.25)
         axes.set_ylim(0.0, 1.0)

@@ -22,6 +22,7 @@ from chladni.sim.board.electronics import MOST_LEAST_DUTY, Area
 from chladni.sim.board.panel_layer import LayeredPlate
 from chladni.sim.board.parts import Measured
 from chladni.sim.board.quantity import MM
+from chladni.sim.board.support_checks import has_foam_at_coils
 from chladni.sim.fields.magnet_softening import MATTERS, MagnetSoftening
 from chladni.sim.fields.static import is_held
 from chladni.sim.magnetics.windings import force_over_stroke
@@ -192,7 +193,8 @@ def _say_of_points(board: Board) -> None:
 
 def say_of_coils(board: Board) -> None:
     """Remark on what makes no force, has no room in the foam, or gets hotter than is said."""
-    foundation, winding, own = board.foundation, board.winding, board.electronics
+    winding, own = board.winding, board.electronics
+    foundation = board.foundation if has_foam_at_coils(board) else None
     if board.plate.material == "steel":
         say(
             "steel is magnetic, and forces are computed as if it were not: measure a coil on it, "

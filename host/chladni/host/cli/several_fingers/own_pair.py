@@ -15,9 +15,10 @@ from chladni.drives.problem.threads import one_blas_thread
 from chladni.drives.scoring.several_fingers.fingers_play import fingers_play
 from chladni.drives.scoring.several_fingers.fingers_score import Solve, solver_of
 from chladni.host.cli.common.finger_remarks import say_mirrored
-from chladni.host.cli.common.output import answer, parse_place, write_figure
+from chladni.host.cli.common.output import Place, answer, parse_place, say, write_figure
 from chladni.host.cli.common.ranges import check_apart
 from chladni.sim.board.board import Board
+from chladni.sim.board.electronics import Area
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ConflictError, MissingError
 from chladni.sim.fields.transfer import check_target
@@ -42,8 +43,14 @@ def own_pair(
     places = parse_place(at, "--at"), parse_place(other, "--other")
     for place, option in zip(places, ("--at", "--other"), strict=True):
         check_target(board, place, option)
+        if board.panel is not None and not _is_sensed(board.panel.area, place):
+            say(f"{option} {place[0]:g},{place[1]:g}: the panel senses no finger there")
     check_apart(*places, "--other", other)
     return np.array(places) * MM
+
+
+def _is_sensed(area: Area, place_mm: Place) -> bool:
+    return all(low <= at * MM <= high for at, (low, high) in zip(place_mm, area, strict=True))
 
 
 def tell_pair(
