@@ -25,7 +25,7 @@ from chladni.host.cli.common.options import (
     SeedOption,
     check_figure,
 )
-from chladni.host.cli.common.output import answer, check_output, progress_bar, say, write_figure
+from chladni.host.cli.common.output import answer, check_output, progress_bar, write_figure
 from chladni.host.cli.common.ranges import MOST_SAMPLES, within
 from chladni.host.cli.designing.answers import (
     about,
@@ -105,9 +105,7 @@ def design_board(
 
     kept = output.with_name(output.name + PARTIAL)
     others: list[int] = []
-    say_first(asked, seed, samples)
-    if minutes == 0.0 and not kept.exists():
-        say(f"{kept} is not there, so no search was stopped: this one begins, and ends at once")
+    say_first(asked, seed, samples, kept if minutes == 0.0 else None)
     limit_s = None if minutes is None else 60.0 * minutes
     can_go_on = partial(is_kept, kept, others)
     try:

@@ -57,8 +57,13 @@ def say_other(kept: Path, others: list[int]) -> None:
     )
 
 
-def say_first(spec: Spec, seed: int, samples: int) -> None:
-    """How long a search is, and what is missing in any board of the SPEC."""
+def say_first(spec: Spec, seed: int, samples: int, stopped: Path | None = None) -> None:
+    """How long a search is, and what is missing in any board of the SPEC.
+
+    `stopped`: what is kept of the search that is to end here.
+    """
+    if stopped is not None and not stopped.exists():
+        say(f"{stopped} is not there, so no search was stopped: this one begins, and ends at once")
     first = "layouts first, then " if spec.places_are_free else ""
     say(
         f"{first}{boards_asked(spec)} boards, and to compare the last few takes as long as "
