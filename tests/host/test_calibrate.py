@@ -62,6 +62,8 @@ def test_a_board_is_calibrated_and_its_file_is_one(
         assert own["polarity"] == (-1 if strength < 0.0 else 1)
         assert own["force"] == pytest.approx(abs(strength), abs=0.1)
         assert own["true"] == strength
+    best, after = (found[key]["fingers_2_db"]["median"] for key in ("plate_known", "after"))
+    assert found["before"]["fingers_2_db"]["median"] < best - 6.0 < after < best + 1.0
     true = {own["name"]: own["true"] for own in found["parameters"]}
     assert true["sheet thickness"] == hidden.board.plate.thickness / small_board().plate.thickness
     assert all(own["low"] < own["true"] < own["high"] for own in found["parameters"])
@@ -101,6 +103,7 @@ def test_people_read_the_truth_and_one_fingers_level_where_it_matters(focus: Foc
     coil = {"name": "coil-1", "polarity": 1, "dead": False, "force": 1.1, "true": -1.08}
     scores = {"second_finger_20mm_db": {"median": 15.0}, "level_db": {"median": 1.0}}
     result = {"coils": [coil], "as_drawn": scores, "before": scores, "after": scores}
+    result |= {"plate_known": scores}
     board = dataclasses.replace(small_board(), focus=focus)
     rows = _for_people(board, result, is_scored_on_itself=False)
     assert rows["coils"] == {"coil-1": "1.10 of the drawn force (true 1.08, reversed)"}

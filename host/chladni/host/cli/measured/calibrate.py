@@ -131,8 +131,7 @@ def calibrate(
     if drawn.measured is not None:
         raise ConflictError("--board", "[measured]", hint="calibrate from the board as it is drawn")
     plate = _plate(drawn, hidden, emulator=emulator, microphone=microphone)
-    is_real = port is not None or udp is not None
-    device = Connection(port=port, udp=udp, key=key) if is_real else None
+    device = Connection(port=port, udp=udp, key=key) if way["port"] or way["udp"] else None
     others = (recording, measured, microphone or None)
     kilograms = _kilograms(sensor_g, accelerometer, measured, others)
     if measured is not None:
@@ -145,7 +144,7 @@ def calibrate(
         raise ConflictError("--readings", "--microphone")
     else:
         found = heard(drawn, plate, recording)
-    promised, before, after = _scores(drawn, found.board, plate, sets)
+    promised, before, after, best = _scores(drawn, found.board, plate, sets)
     known = _with_origin(found, before.isolation(drawn), after.isolation(drawn))
     write_whole(output, measured_file(drawn, known, _about(drawn, found)))
     if figure is not None:
@@ -162,6 +161,7 @@ def calibrate(
         "as_drawn": asdict(promised),
         "before": asdict(before),
         "after": asdict(after),
+        "plate_known": None if best is None else asdict(best),
         "device_seconds": found.device_seconds,
         "seconds": time.monotonic() - begun,
     }
@@ -186,12 +186,14 @@ def _for_people(
         if (true := own.get("true")) is not None:
             coils[own["name"]] += f" (true {abs(true):.2f}{_turned(true)})"
     told = result | {"coils": coils}
-    for when in ("as_drawn", "before", "after"):
+    for when in ("as_drawn", "before", "after", "plate_known"):
+        if told[when] is None:
+            continue
         rows = dict(told[when])
         level = rows.pop("level_db")
         if drawn.focus is None:
             rows.pop("second_finger_20mm_db")
-        is_on_itself = is_scored_on_itself or when == "as_drawn"
+        is_on_itself = is_scored_on_itself or when in ("as_drawn", "plate_known")
         told[when] = rows if is_on_itself else rows | {"over_promised_db": level}
     return told
 
@@ -249,21 +251,25 @@ def _kilograms(
 
 def _scores(
     drawn: Board, measured: Board, plate: HiddenPlate | None, sets: int
-) -> tuple[Restored, Restored, Restored]:
+) -> tuple[Restored, Restored, Restored, Restored | None]:
     """The drawn board's drives on itself, and both boards' on the plate that is there or was found.
 
-    The first is what the drawn board promises.
+    The first is what the drawn board promises. The last is what drives keep that know a hidden
+    plate: no calibration brings more.
     """
+    steps = 5 if plate else 4
     with progress_bar("scores") as progress:
         promised = Truth.found(drawn, drawn, sets).score(drawn)
-        progress(1, 4)
+        progress(1, steps)
         truth = Truth.of(plate, drawn, sets) if plate else Truth.found(measured, drawn, sets)
-        progress(2, 4)
+        progress(2, steps)
         before = truth.score(drawn)
-        progress(3, 4)
+        progress(3, steps)
         after = truth.score(measured)
-        progress(4, 4)
-    return promised, before, after
+        progress(4, steps)
+        best = truth.score(truth.perfectly_known()) if plate else None
+        progress(steps, steps)
+    return promised, before, after, best
 
 
 def _with_origin(found: Calibrated, before: Isolation, after: Isolation) -> Board:
