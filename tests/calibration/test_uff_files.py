@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -126,15 +127,31 @@ def read_ascii(folder: Path, fields: MeasuredFields, board: Board) -> np.ndarray
 
 
 @pytest.mark.parametrize("binary", [0, 1])
-def test_a_file_cut_short_is_refused_wherever_it_ends(
+def test_a_file_cut_within_a_set_is_refused(
     board: Board, measured: MeasuredFields, tmp_path: Path, binary: int
 ) -> None:
     path = tmp_path / "m.uff"
     write_uff(path, measured, board, binary=binary)
     whole = path.read_bytes()
-    for end in np.random.default_rng(7).integers(0, len(whole) - 8, 40):
-        path.write_bytes(whole[:end])
-        if whole[:end].rstrip().endswith(b"    -1"):
+    sets = len(board.actuators) * len(PLACES_MM) + 1
+    opens = [at.start() for at in re.finditer(b"    -1\n    +(?:15|58)", whole)]
+    assert len(opens) == sets
+    cuts = np.random.default_rng(7).integers(0, len(whole) - 8, 40).tolist()
+    for end in (*cuts, *(at + 7 for at in opens[1:]), opens[-1] + 6):
+        # Between two sets nothing tells that there were more.
+        if any(at <= end < at + 6 for at in opens):
             continue
+        path.write_bytes(whole[:end])
         with pytest.raises(InputError, match=r"cut short|datasets: expected"):
             read_measured(path, board)
+
+
+@pytest.mark.parametrize("after", [b"\x1a", b"\0" * 512, b"\n\n", b"# checked\n"])
+def test_what_follows_the_last_set_is_no_part_of_it(
+    board: Board, measured: MeasuredFields, tmp_path: Path, after: bytes
+) -> None:
+    path = tmp_path / "m.uff"
+    write_uff(path, measured, board)
+    wanted = read_measured(path, board).values
+    path.write_bytes(path.read_bytes() + after)
+    assert np.array_equal(read_measured(path, board).values, wanted)

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import weakref
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from chladni.calibration.hidden import HiddenPlate
 from chladni.drives.problem.problem import solved_board
-from chladni.host.emulation.felt_over_time import TOGETHER, FingerPlate, Fingers
-from chladni.host.emulation.over_frequency import GRID_HZ, frequencies_of, over_frequency
+from chladni.host.emulation import felt_over_time
+from chladni.host.emulation.felt_over_time import TOGETHER, FingerPlate, Fingers, fingers_on
+from chladni.host.emulation.over_frequency import GRID_HZ, Plates, frequencies_of, over_frequency
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
 
@@ -50,3 +55,27 @@ def test_fingers_solved_for_together_are_those_solved_for_alone() -> None:
             assert np.abs(ours - theirs).max() == pytest.approx(
                 0.0, abs=1e-8 * np.abs(theirs).max()
             )
+
+
+def test_a_plate_that_was_given_away_is_not_held_beside_the_next(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """With unpressed places its discs take hundreds of megabytes."""
+    solved = [solved_board(load_board("strip5")).at_frequency(hz) for hz in (120.0, 160.0)]
+    board = solved[0].board
+    beside = np.array([(0.0, 20.0)]) * MM
+    sets: list[Fingers] = [(np.array([(0.0, y)]) * MM, beside) for y in (-10.0, 0.0, 5.0)]
+    hidden = HiddenPlate(board, np.ones(5), np.ones(5), 0, "its twin")
+    held: list[weakref.ref[FingerPlate]] = []
+    alive, solve = [], felt_over_time._discs
+
+    def watched(*asked: Any) -> Any:
+        alive.append(sum(one() is not None for one in held))
+        return solve(*asked)
+
+    monkeypatch.setattr(felt_over_time, "_discs", watched)
+    for known, there in fingers_on(Plates(solved, hidden, solved), sets, 1.0):
+        assert known is not there
+        held += [weakref.ref(known), weakref.ref(there)]
+        del known, there
+    assert alive == [0] * (2 * len(sets))

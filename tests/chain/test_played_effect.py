@@ -287,11 +287,9 @@ def test_fingers_are_on_a_plate_that_the_device_does_not_know(
     count = len(board.actuators)
     wrong = HiddenPlate(board, np.full(count, -0.5), np.ones(count), 0, "wrong")
     effect = shipped_effects()["click"]
+    on_wrong = replace(plates, hidden=wrong, below=plates.known)
     known, hidden = (
-        play_effect(
-            table, board, effect, HERE, plates=replace(plates, hidden=plate, below=plates.known)
-        )
-        for plate in (None, wrong)
+        play_effect(table, board, effect, HERE, plates=own) for own in (plates, on_wrong)
     )
     assert hidden.own_um == pytest.approx(-0.5 * known.own_um, abs=1e-6 * known.peak_um)
 

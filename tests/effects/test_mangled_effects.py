@@ -82,10 +82,12 @@ def test_commands_list_show_and_convert(chladni: CommandLine, tmp_path: Path) ->
 
 def test_all_that_is_wrong_with_an_effect_in_toml_is_told_at_once(tmp_path: Path) -> None:
     path = tmp_path / "own.toml"
-    path.write_text("[[click]]\namplitude = 2.0\n[[tone]]\nlasts_s = 1\nlasts_ms = 9\n[[tine]]\n")
+    rows = ["name = 3", "loop_ms = 5", "[[click]]", "amplitude = 2.0", "[[tone]]", "lasts_s = 1"]
+    rows += ["lasts_ms = 9", "[noise]", "[[tine]]"]
+    path.write_text("\n".join(rows), encoding="utf-8")
     with pytest.raises(FaultsError) as caught:
         read_effect(path)
     fields = [error.field for error in caught.value.errors]
-    assert fields == ["tine", "click[0].amplitude", "tone[0].lasts_s"]
+    assert fields == ["tine", "name", "loop_ms", "click[0].amplitude", "tone[0].lasts_s", "noise"]
     assert "; tone, perhaps" in str(caught.value)
     assert "; lasts_ms, perhaps" in str(caught.value)

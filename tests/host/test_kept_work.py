@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 import tomlkit
+from rich.progress import Progress
 
 from chladni.design import search
 from chladni.drives.checkpoint import Checkpoint
@@ -300,3 +301,19 @@ def test_what_changes_its_number_tells_percent_that_never_fall(
         "chladni: search: 50 %, about 25 s are left",
         "chladni: search: 50 %, about 432 s are left",
     ]
+
+
+def test_a_bar_in_percent_never_falls(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As the log's lines; on a terminal."""
+    shown = []
+
+    class Bar(Progress):
+        def update(self, task: Any, **what: Any) -> None:  # type: ignore[override]
+            shown.append((what["completed"], what["total"]))
+            super().update(task, **what)
+
+    monkeypatch.setattr(output, "Progress", Bar)
+    with output.progress_bar("search", in_percent=True) as progress:
+        for done, total in ((0, 100), (10, 100), (11, 200), (100, 200)):
+            progress(done, total)
+    assert shown == [(0.0, 100.0), (10.0, 100.0), (10.0, 100.0), (50.0, 100.0)]

@@ -45,7 +45,24 @@ def test_a_found_board_takes_no_specs_place(chladni: CommandLine, tmp_path: Path
     spec.write_text(SPEC, encoding="utf-8")
     refused = chladni("design", spec, "-o", spec)
     assert (refused.code, "another file than the one read" in refused.err) == (2, True)
-    assert read_text(spec, "spec", 10_000) == SPEC
+    front = tmp_path / "front"
+    front.mkdir()
+    inside = front / "best-7.toml"
+    inside.write_text(SPEC, encoding="utf-8")
+    refused = chladni("design", inside, "-o", tmp_path / "best.toml", "--front", front)
+    assert (refused.code, "--front: expected another file" in refused.err) == (2, True)
+    assert read_text(spec, "spec", 10_000) == read_text(inside, "spec", 10_000) == SPEC
+
+
+def test_a_shipped_name_is_not_the_file_of_that_name_beside_it(
+    chladni: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A stopped search of a shipped SPEC goes on into the board that it wrote."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(ROOT / "boards" / "strip5.toml", "phone5.toml")
+    asked = ("design", "phone5", "-o", "phone5.toml", "--front", "none/front")
+    refused = chladni(*asked)
+    assert (refused.code, "--front: expected a folder" in refused.err) == (2, True)
 
 
 def test_an_effect_is_converted_to_another_file(chladni: CommandLine, tmp_path: Path) -> None:

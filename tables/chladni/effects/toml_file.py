@@ -37,16 +37,20 @@ def read_toml_effect(path: Path, field: str) -> tuple[Effect, list[str]]:
         Keys are unknown or values out of their range; names all of them.
     """
     file = read_toml(path, field)
-    name = file["name"].text() if file["name"].is_there else path.stem
-    parts, faults = list[Part](), Faults()
+    name, loop, parts, faults = path.stem, None, list[Part](), Faults()
     file.check_keys(("name", "loop_ms", *KEYS), faults)
+    with faults.kept():
+        name = file["name"].text() if file["name"].is_there else name
+    with faults.kept():
+        loop = _loop(file["loop_ms"])
     for kind in filter(KEYS.__contains__, file.keys()):
-        for one in file[kind]:
-            one.check_keys(KEYS[kind], faults)
-            with faults.kept():
-                parts.append(_part(kind, one))
+        with faults.kept():
+            for one in file[kind]:
+                one.check_keys(KEYS[kind], faults)
+                with faults.kept():
+                    parts.append(_part(kind, one))
     faults.tell()
-    return Effect(name, tuple(parts), _loop(file["loop_ms"])), []
+    return Effect(name, tuple(parts), loop), []
 
 
 def _loop(own: FileValue) -> tuple[float, float] | None:

@@ -83,7 +83,7 @@ def compare_methods(
 ) -> None:
     """Score every method, and the null models, on targets all over a board."""
     if output is not None:
-        check_output(output, "-o", TEXT, [board])
+        check_output(output, "-o", TEXT)
     check_figure(figure)
     check_request("phasor", "ssim", seed, steps, None)
     chosen = _methods(methods)

@@ -139,7 +139,7 @@ def emulate(
     loaded = read_table(required("TABLE", table, "a table file (.chl)"))
     touches = required("--touch", touch, "X,Y@MS: a place in mm and a time in ms")
     run_ms = required("--ms", ms, "how long to run, ms")
-    file = check_output(required("-o", output, "a file to write (.npz)"), "-o", ARRAYS, [table])
+    file = check_output(required("-o", output, "a file to write (.npz)"), "-o", ARRAYS)
     for at in lift or []:
         if not 0.0 <= at < run_ms:
             raise InputError("--lift", at, f"a time from 0 to {run_ms:g} ms")

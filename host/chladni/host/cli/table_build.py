@@ -26,7 +26,7 @@ from chladni.host.cli.common.options import (
 from chladni.host.cli.common.output import answer, check_output, progress_bar, say_unmet
 from chladni.host.cli.common.ranges import TABLE_FREQUENCIES
 from chladni.host.cli.common.table_verdicts import of_responses, of_table
-from chladni.sim.board.file import load_board
+from chladni.sim.board.file import file_of, load_board, shipped_boards
 from chladni.sim.errors import ConflictError, InputError
 from chladni.sim.fields.transfer import TOLERANCE
 from chladni.sim.files import write_whole
@@ -72,7 +72,7 @@ def build(
     as_json: JsonOption = False,
 ) -> None:
     """Solve every region of a board and pack the drives, or what coils do there, into a table."""
-    check_output(output, "-o", inputs=[board])
+    check_output(output, "-o", inputs=[file_of(board, shipped_boards(), "board", "a board file")])
     if output.suffix in (".toml", ".che"):
         raise InputError("-o", str(output), "a name for a table, as in board.chl")
     if kind is not None and kind not in KINDS:

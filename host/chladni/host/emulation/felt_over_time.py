@@ -107,8 +107,10 @@ class FingerPlate:
         hz = frequencies_of(solved)
         count = TOGETHER if all(beside is None for _, beside in sets) else 1
         for first in range(0, len(sets), count):
-            for discs in _discs(solved, sets[first : first + count]):
-                yield cls(hz, *discs, newtons)
+            found = _discs(solved, sets[first : first + count])
+            # One that was given away is not held beside the next ones.
+            while found:
+                yield cls(hz, *found.pop(0), newtons)
 
     def level(self, finger: int, reference_hz: float) -> FloatArray:
         """What a finger gets of the loudest real drive at each of `hz`, m/N."""
@@ -171,10 +173,10 @@ def fingers_on(
 ) -> Iterator[tuple[FingerPlate, FingerPlate]]:
     """`FingerPlate.of_each` of both plates; the same one twice where none is hidden."""
     known = FingerPlate.of_each(plates.known, sets, newtons)
-    if plates.below is None:
-        yield from ((own, own) for own in known)
-    else:
-        yield from zip(known, FingerPlate.of_each(plates.below, sets, newtons), strict=True)
+    there = plates.below and FingerPlate.of_each(plates.below, sets, newtons)
+    for _ in sets:
+        yield (own := next(known)), next(there) if there else own
+        del own  # not held beside the next one
 
 
 def felt_of(moved: FloatArray) -> FloatArray:

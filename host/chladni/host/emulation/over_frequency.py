@@ -65,6 +65,9 @@ class Plates:
     hidden: HiddenPlate | None = None
     below: Sequence[SolvedBoard] | None = None
 
+    def __post_init__(self) -> None:
+        assert (self.hidden is None) == (self.below is None), "a hidden plate is solved, too"
+
     @classmethod
     def of(
         cls, board: Board, hidden: HiddenPlate | None = None, progress: Progress | None = None

@@ -14,6 +14,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.catalogue import foot_radius
 from chladni.sim.board.foundation import CutOut
 from chladni.sim.board.quantity import MM
+from chladni.sim.board.support_checks import has_foam_at_coils
 
 Point = tuple[float, float]
 
@@ -286,9 +287,10 @@ def _title(board: Board) -> list[str]:
         thick = f", {_mm(foundation.thickness):g} thick" if foundation.thickness else ""
         rows.append(f"foam: {what}{thick}")
         own, cut = 2.0 * _mm(foundation.coil_cut_out), cut_hole_mm(board)
-        if cut > own:
+        if cut > own and has_foam_at_coils(board, 0.5 * MM * cut):
             rows.append(f"its holes ⌀{cut:g}: ⌀{own:g} of the board file, and room for the magnets")
-        if winding and board.coils_in_foam:
+        is_near = winding is not None and has_foam_at_coils(board, 0.5 * winding.outer)
+        if winding and board.coils_in_foam and is_near:
             rows.append(
                 f"its holes from below ⌀{_mm(winding.outer):g}, {_mm(board.coils_in_foam):g} deep, "
                 "for the coils"

@@ -96,8 +96,8 @@ usual glass 2500."""
 
 def metal_of(plate: Plate) -> str:
     """What a sheet that conducts is called; nothing of one that does not."""
-    if plate.material in SHEETS:
-        return plate.material if plate.material in METALS else ""
+    if known := _known_as(plate.material):
+        return known if known in METALS else ""
     may_be = plate.youngs_modulus >= STIFF and plate.density >= HEAVY
     return f"{plate.material or 'this sheet'}, if it is a metal," if may_be else ""
 

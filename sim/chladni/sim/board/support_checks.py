@@ -251,16 +251,13 @@ def _check_cut_outs(board: BoardParts, others: Sequence[Disc]) -> None:
                 )
 
 
-def has_foam_at_coils(board: BoardParts) -> bool:
-    """Whether foam lies where a magnet or a winding reaches: strips may leave all of them out."""
-    if board.foundation is None:
-        return False
-    reach = max(
-        board.magnet.radius if board.magnet else 0.0,
-        0.5 * board.winding.outer if board.winding else 0.0,
-    )
-    return not board.foundation_strips or any(
-        np.hypot(max(x0 - x, x - x1, 0.0), max(y0 - y, y - y1, 0.0)) < reach
-        for x, y in (own.at for own in board.actuators)
-        for x0, x1, y0, y1 in board.foundation_strips
+def has_foam_at_coils(board: BoardParts, reach: float) -> bool:
+    """Whether foam lies within so many m of a coil's middle: strips may leave all of them out."""
+    return board.foundation is not None and (
+        not board.foundation_strips
+        or any(
+            np.hypot(max(x0 - x, x - x1, 0.0), max(y0 - y, y - y1, 0.0)) < reach
+            for x, y in (own.at for own in board.actuators)
+            for x0, x1, y0, y1 in board.foundation_strips
+        )
     )

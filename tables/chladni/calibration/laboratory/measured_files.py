@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import csv
 import io
+import re
 from pathlib import Path
 from typing import Any, cast
 
@@ -31,8 +32,8 @@ SI, OF_USER = 1, 9
 NUMERATORS: dict[int, Response] = {8: "displacement", 11: "velocity", 12: "acceleration"}
 DENOMINATOR_FORCES = (9, 13)
 """Reaction and excitation force, by the datasets' specific data types."""
-END_OF_SET = b"    -1"
-"""A line of an UFF file."""
+MARK = re.compile(rb"    -1(?=[\r\n]|\Z| {74})")
+"""Begins and ends a set of an UFF file, as pyuff has it; blanks may follow to 80 columns."""
 ENDINGS = (".csv", ".npz", ".uff", ".unv")
 
 
@@ -157,9 +158,10 @@ def _read_uff(
         given = f"{type(error).__name__}: {error}"
         raise InputError("datasets", given, "what pyuff reads", file=str(path)) from None
     sets = found if isinstance(found, list) else [found]
-    if sets and not whole.rstrip().endswith(END_OF_SET):
-        expected = "a last line of -1: this file is cut short"
-        raise InputError("end", repr(whole[-20:]), expected, file=str(path))
+    marks = len(MARK.findall(whole))
+    if sets and marks % 2:
+        expected = "an end (-1) of each set: the last one is cut short"
+        raise InputError("datasets", f"{marks} lines of -1", expected, file=str(path))
     _check_units(sets, path)
     nodes = _nodes(sets)
     responses = [own for own in sets if own.get("type") == 58 and own.get("func_type") == 4]

@@ -193,8 +193,7 @@ def _say_of_points(board: Board) -> None:
 
 def say_of_coils(board: Board) -> None:
     """Remark on what makes no force, has no room in the foam, or gets hotter than is said."""
-    winding, own = board.winding, board.electronics
-    foundation = board.foundation if has_foam_at_coils(board) else None
+    foundation, winding, own = board.foundation, board.winding, board.electronics
     if board.plate.material == "steel":
         say(
             "steel is magnetic, and forces are computed as if it were not: measure a coil on it, "
@@ -209,10 +208,11 @@ def say_of_coils(board: Board) -> None:
         missing = "magnet.remanence_t" if board.magnet and winding else "[magnet] and [winding]"
         if board.coil is None or board.coil.force_factor == 0.0:
             say(f"no force is known, so no micrometres: give {missing}, as boards/strip5.toml does")
-    if foundation is not None and board.magnet is not None and foundation.coil_cut_out == 0.0:
+    magnet, cut = board.magnet, foundation.coil_cut_out if foundation else 0.0
+    if magnet is not None and not cut and has_foam_at_coils(board, magnet.radius):
         say(
             "magnets hang into the foam, which has no holes: foundation.coil_cut_out_mm is their "
-            f"radius, {board.magnet.radius / MM:g} or more"
+            f"radius, {magnet.radius / MM:g} or more"
         )
     if winding is None:
         return
@@ -222,7 +222,8 @@ def say_of_coils(board: Board) -> None:
             f"feet of {lowest / MM:g} mm leave less: sink coils into the ground plate, or put the "
             "feet on blocks"
         )
-    if foundation is not None and board.coils_in_foam > 0.0:
+    is_near = has_foam_at_coils(board, 0.5 * winding.outer)
+    if foundation is not None and board.coils_in_foam > 0.0 and is_near:
         own_mm, cut_mm = 2.0 * foundation.coil_cut_out / MM, cut_hole_mm(board)
         wider = f"; cut ⌀{cut_mm:g}, to clear the magnets" if cut_mm > own_mm else ""
         say(

@@ -62,9 +62,9 @@ def _check_alike(board: Board, other: Board, asked: str) -> None:
     """Refuse a plate of another board: what is played on it would look like a bad calibration."""
     if (other.plate.size, len(other.actuators)) != (board.plate.size, len(board.actuators)):
         raise InputError("--hidden", asked, f"a board of the size and coils of {board.name}")
-    pairs = zip(board.actuators, other.actuators, strict=True)
-    off = max(math.dist(own.at, there.at) for own, there in pairs)
-    if off > MOST_OFF:
-        expected = f"a plate of {board.name}, whose coils lie within {MOST_OFF / MM:g} mm"
-        hint = f"one lies {off / MM:.3g} mm from there"
+    pairs = list(zip(board.actuators, other.actuators, strict=True))
+    own, there = max(pairs, key=lambda pair: math.dist(pair[0].at, pair[1].at))
+    if (off := math.dist(own.at, there.at)) > MOST_OFF:
+        expected = f"a plate of {board.name}, each coil within {MOST_OFF / MM:g} mm of its place"
+        hint = f"{there.name} lies {off / MM:.3g} mm off: is it another board, or another order?"
         raise InputError("--hidden", asked, expected, hint=hint)

@@ -192,7 +192,7 @@ def check_output(
     path: Path,
     option: str,
     endings: tuple[str, ...] = (),
-    inputs: Sequence[str | Path | None] = (),
+    inputs: Sequence[str | Path] = (),
 ) -> Path:
     """A path that can be written, found out before any work is done.
 
@@ -201,18 +201,17 @@ def check_output(
     endings
         That the name may have; another one would promise another format.
     inputs
-        What the command reads, maybe named without its `.toml`, and what a slip of the pen would
-        write over.
+        Files that the command reads, which a slip of the pen would write over.
     """
     if endings and path.suffix not in endings:
         expected = f"a name that ends in {' or '.join(filter(None, endings))}"
         expected += " or has no ending" if "" in endings else ""
         raise InputError(option, str(path), expected)
     for given in inputs:
-        for own in () if given is None else (Path(given), Path(f"{given}.toml")):
-            if own.exists() and path.exists() and own.samefile(path):
-                hint = "nothing would be left of it"
-                raise InputError(option, str(path), "another file than the one read", hint=hint)
+        # By os.path, for which a name that no file can have is one that is not there.
+        if os.path.exists(given) and os.path.exists(path) and os.path.samefile(given, path):
+            hint = "nothing would be left of it"
+            raise InputError(option, str(path), "another file than the one read", hint=hint)
     if path.exists() and not path.is_file():
         raise InputError(option, str(path), "a file name, not a folder or a device")
     if not path.parent.is_dir():
@@ -311,7 +310,11 @@ def progress_bar(
     lines = _Lines(label, limit_s, batch, in_percent=in_percent)
 
     def tell(done: int, total: int) -> None:
-        bar.update(task, completed=done, total=total)
+        if in_percent:
+            percent = max(bar.tasks[0].completed, 100.0 * done / max(total, 1))
+            bar.update(task, completed=percent, total=100.0)
+        else:
+            bar.update(task, completed=done, total=total)
         if not console.is_terminal:
             lines.tell(done, total)
 

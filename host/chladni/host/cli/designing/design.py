@@ -11,7 +11,7 @@ import typer
 from chladni.design.evaluate import completed_board
 from chladni.design.front import Design, Entry
 from chladni.design.search import OnBoard, design
-from chladni.design.spec import read_spec
+from chladni.design.spec import FIELD, WHAT, read_spec
 from chladni.drives.checkpoint import remove_checkpoint
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.survey import SAMPLES
@@ -44,6 +44,7 @@ from chladni.host.cli.designing.remarks import (
     say_other,
     say_pace,
 )
+from chladni.sim.board.file import file_of, shipped_specs
 from chladni.sim.board.writing import board_file
 from chladni.sim.errors import ArgumentError, InputError
 from chladni.sim.files import write_whole
@@ -97,11 +98,12 @@ def design_board(
     The output has the best board found so far, from the first one on. The same command continues a
     search that was stopped.
     """
-    check_output(output, "-o", TOML, [spec])
+    read = file_of(spec, shipped_specs(), FIELD, WHAT)
+    check_output(output, "-o", TOML, [read])
     check_figure(figure)
     asked = read_spec(spec)
     if front is not None:
-        _make_folder(front, output)
+        _make_folder(front, output, read)
 
     kept = output.with_name(output.name + PARTIAL)
     others: list[int] = []
@@ -148,11 +150,12 @@ def design_board(
         say_next(found, asked, output, front)
 
 
-def _make_folder(front: Path, output: Path) -> None:
+def _make_folder(front: Path, output: Path, read: Path) -> None:
     if not front.parent.is_dir() or (front.exists() and not front.is_dir()):
         raise InputError("--front", str(front), "a folder, there or in one that is there")
     front.mkdir(exist_ok=True)
-    check_output(front / f"{output.stem}-1.toml", "--front")
+    for path in (front / f"{output.stem}-1.toml", *front.glob(f"{output.stem}-*.toml")):
+        check_output(path, "--front", inputs=[read])
 
 
 def _written_front(found: Design, front: Path | None, stem: str) -> list[dict[str, Any]]:

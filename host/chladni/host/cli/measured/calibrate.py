@@ -121,7 +121,7 @@ def calibrate(
 ) -> None:
     """Find a board as it is: coils, foam, sheet, screws; write its file with what was measured."""
     named = required("--board", board, "what is calibrated")
-    check_output(output, "-o", (".toml",))
+    check_output(output, "-o", (".toml",), [hidden or ""])
     check_figure(figure)
     way = {"emulator": emulator, "port": port is not None, "udp": udp is not None}
     kept = {"recording": recording is not None, "measured": measured is not None}
@@ -255,7 +255,7 @@ def _scores(
     """The drawn board's drives on itself, and both boards' on the plate that is there or was found.
 
     The first is what the drawn board promises. The last is what drives keep that know a hidden
-    plate: no calibration brings more.
+    plate: a calibration hardly brings more.
     """
     steps = 5 if plate else 4
     with progress_bar("scores") as progress:

@@ -36,13 +36,13 @@ def board_refit(
     as_json: JsonOption = False,
 ) -> None:
     """Write a board, and its table, for foam whose stiffness was measured."""
+    path = file_of(board, shipped_boards(), "board", "a board file")
     check_output(output, "-o", (".toml",))
     if table is not None:
-        check_output(table, "--table", inputs=[board])
+        check_output(table, "--table", inputs=[path])
     loaded = load_board(board)
     if loaded.foundation is None or not loaded.foundation.sheet_stiffness:
         raise MissingError("foundation", "a sheet of foam, whose stiffness was measured")
-    path = file_of(board, shipped_boards(), "board", "a board file")
     text = read_text(path, "board", MOST_BYTES, "a board file", encoding="utf-8-sig")
     ratio = foam * loaded.foundation.measured_ratio
     written = refitted(text, ratio)

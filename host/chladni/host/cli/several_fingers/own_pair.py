@@ -19,7 +19,7 @@ from chladni.host.cli.common.output import Place, answer, parse_place, say, writ
 from chladni.host.cli.common.ranges import check_apart
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import Area
-from chladni.sim.board.quantity import MM
+from chladni.sim.board.quantity import MM, SAME_PLACE
 from chladni.sim.errors import ConflictError, MissingError
 from chladni.sim.fields.transfer import check_target
 from chladni.sim.image.finger import threshold_um
@@ -50,7 +50,10 @@ def own_pair(
 
 
 def _is_sensed(area: Area, place_mm: Place) -> bool:
-    return all(low <= at * MM <= high for at, (low, high) in zip(place_mm, area, strict=True))
+    return all(
+        low - SAME_PLACE <= at * MM <= high + SAME_PLACE
+        for at, (low, high) in zip(place_mm, area, strict=True)
+    )
 
 
 def tell_pair(

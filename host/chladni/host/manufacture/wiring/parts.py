@@ -18,7 +18,7 @@ from chladni.host.manufacture.wiring.values import (
     wiring_values,
 )
 from chladni.sim.board.board import Board
-from chladni.sim.board.catalogue import metal_of
+from chladni.sim.board.catalogue import METALS, metal_of
 from chladni.sim.board.electronics import CLOCK_HZ, NOT_WIRED
 from chladni.sim.board.gpio import CHIPS
 from chladni.sim.board.quantity import MM
@@ -211,10 +211,13 @@ def _panel_parts(board: Board, own: Values) -> tuple[Part, ...]:
     size = " × ".join(f"{side * 1e3:g}" for side in panel.size)
     kinds = {"find": "FT6x36 or GT911", "ft6x36": "FT6x36", "gt911": "GT911"}
     where = ", in the sheet" if panel.place == "in" else ""
-    earth = Part("earth wire", 1, "from the sheet to GND", "a conductor that floats moves charge")
+    metal = metal_of(board.plate)
+    if_it_is = "" if metal in METALS else ", if that is a metal"
+    why = "a conductor that floats moves charge"
+    earth = Part("earth wire", 1, f"from the sheet to GND{if_it_is}", why)
     return (
         Part("touch panel", 1, f"{kinds[panel.controller]}, {size} mm{where}", "the board file's"),
-        *[earth] * bool(metal_of(board.plate)),
+        *[earth] * bool(metal),
         Part(
             "bus pull-up",
             2,
