@@ -170,10 +170,11 @@ def _check_holes(board: BoardParts) -> None:
     """No edge of a strip goes through a hole of the plate."""
     for index, hole in enumerate(board.holes):
         x, y = hole.at
-        for x0, x1, y0, y1 in board.foundation_strips:
+        for strip in board.foundation_strips:
+            x0, x1, y0, y1 = strip
             inside = x0 <= x - hole.radius and x + hole.radius <= x1
             inside = inside and y0 <= y - hole.radius and y + hole.radius <= y1
-            outside = np.hypot(x - np.clip(x, x0, x1), y - np.clip(y, y0, y1)) >= hole.radius
+            outside = _off_strip(hole.at, strip) >= hole.radius
             if not inside and not outside:
                 raise InputError(
                     f"holes[{index}].at_mm",
@@ -251,13 +252,19 @@ def _check_cut_outs(board: BoardParts, others: Sequence[Disc]) -> None:
                 )
 
 
+def _off_strip(at: tuple[float, float], strip: tuple[float, float, float, float]) -> float:
+    """How far a place lies from a strip of foundation, m; 0 on it."""
+    x0, x1, y0, y1 = strip
+    return float(np.hypot(at[0] - np.clip(at[0], x0, x1), at[1] - np.clip(at[1], y0, y1)))
+
+
 def has_foam_at_coils(board: BoardParts, reach: float) -> bool:
     """Whether foam lies within so many m of a coil's middle: strips may leave all of them out."""
     return board.foundation is not None and (
         not board.foundation_strips
         or any(
-            np.hypot(max(x0 - x, x - x1, 0.0), max(y0 - y, y - y1, 0.0)) < reach
-            for x, y in (own.at for own in board.actuators)
-            for x0, x1, y0, y1 in board.foundation_strips
+            _off_strip(own.at, strip) < reach
+            for own in board.actuators
+            for strip in board.foundation_strips
         )
     )

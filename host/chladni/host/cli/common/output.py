@@ -236,8 +236,7 @@ class _Lines:
     What is left is estimated by the pieces since the line before: a machine gets other work.
     """
 
-    def __init__(self, label: str, limit_s: float | None, batch: int, *, in_percent: bool) -> None:
-        self._in_percent, self._percent = in_percent, 0.0
+    def __init__(self, label: str, limit_s: float | None, batch: int) -> None:
         self._label, self._begun, self._due_s = label, time.monotonic(), FIRST_LINE_S
         self._limit_s, self._batch = limit_s or math.inf, batch
         self._total, self._is_told = 0, False
@@ -245,7 +244,8 @@ class _Lines:
         # done a part: neither says how long the other pieces take.
         self._from_s, self._from_done, self._first = 0.0, 0, 0
 
-    def tell(self, done: int, total: int) -> None:
+    def tell(self, done: int, total: int, far: str) -> None:
+        """`far`: how far it is, in words."""
         passed = time.monotonic() - self._begun
         if total != self._total or passed < KEPT_S or not done:
             self._first, self._total = done, total
@@ -260,15 +260,11 @@ class _Lines:
             left_s = took_s * (total - done) / since
             if passed < self._limit_s:
                 left_s = min(left_s, self._limit_s - passed)
-            say(f"{self._label}: {self._far(done, total)}, about {left_s:.0f} s are left")
+            say(f"{self._label}: {far}, about {left_s:.0f} s are left")
             self._from_s, self._from_done, self._due_s = passed, done, passed + NEXT_LINE_S
         elif not self._is_told:
-            say(f"{self._label}: {self._far(done, total)} so far")
+            say(f"{self._label}: {far} so far")
         self._is_told = True
-
-    def _far(self, done: int, total: int) -> str:
-        self._percent = max(self._percent, 100.0 * done / total)
-        return f"{self._percent:.0f} %" if self._in_percent else f"{done} of {total}"
 
 
 @contextlib.contextmanager
@@ -307,16 +303,18 @@ def progress_bar(
         TimeRemainingColumn(),
     )
     console = Console(stderr=True)
-    lines = _Lines(label, limit_s, batch, in_percent=in_percent)
+    lines = _Lines(label, limit_s, batch)
 
     def tell(done: int, total: int) -> None:
         if in_percent:
             percent = max(bar.tasks[0].completed, 100.0 * done / max(total, 1))
             bar.update(task, completed=percent, total=100.0)
+            far = f"{percent:.0f} %"
         else:
             bar.update(task, completed=done, total=total)
+            far = f"{done} of {total}"
         if not console.is_terminal:
-            lines.tell(done, total)
+            lines.tell(done, total, far)
 
     with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
         task = bar.add_task(label, total=None)
